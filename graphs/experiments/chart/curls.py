@@ -38,8 +38,7 @@ def draw_curls(
         hooks = [n for n in order if border.texts["kind"][n] == "hook"]
         line = [*coils, *hooks]
         left.plot(border.numbers["weight"][line], border.numbers["curvature"][line], color=COLOURS[1])
-        least, most = weight.min(), weight.max()
-        along = np.geomspace(0.8 * least, 1.25 * most, 100)
+        along = np.geomspace(0.8 * weight.min(), 1.25 * weight.max(), 100)
         full = np.sqrt(ratio * along)
         there = full > border.numbers["curvature"].min()
         left.plot(along[there], full[there], color=COLOURS[0], linestyle="--")

@@ -206,8 +206,7 @@ def natural(sample: Sample, curvature: float, tilt: float) -> Helix:
 def upright(tilt: float) -> np.ndarray:
     """Return the rotation that takes the tangent of a helix at its root to +Y, (3, 3)."""
     size = np.hypot(1.0, tilt)
-    c, s = 1.0 / size, tilt / size
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+    return np.array([[size, 0.0, 0.0], [0.0, 1.0, tilt], [0.0, -tilt, 1.0]]) / size
 
 
 def curled(sample: Sample, count: int, curvature: float, tilt: float = 0.0) -> Specimen:
