@@ -20,7 +20,8 @@ from hairpipe.values.table import table_of_columns, table_of_rows
 
 PARTING = 30.0
 """As `interpolate_hair` has it by default [deg]."""
-ON, OTHER = "the same, between the sampled frames", "another"
+ON, OTHER = "between", "another"
+"""Motions: that of the choice, at frames between the sampled ones, and another one."""
 
 
 class Motion(NamedTuple):
@@ -58,8 +59,9 @@ def compared(groom: Groom, motions: tuple[Motion, Motion], every: tuple[int, ...
                 weights = weigh_keys(keys, groom, PARTING, guidance)
                 for motion, some in ((ON, guiding.between or guiding.fitted), (OTHER, later)):
                     found = measure_following(shown(groom, keys, strands, weights, some))
-                    rows.append((choice, number, follows, motion, *found.values()))
-    return table_of_rows(("guides are", "guides", "strands follow", "motion", *COLUMNS[1:]), rows)
+                    rows.append((choice, n, number, follows, motion, *found.values()))
+    names = ("guides are", "strands a guide", "guides", "strands follow", "motion", *COLUMNS[1:])
+    return table_of_rows(names, rows)
 
 
 def shown(
