@@ -28,7 +28,7 @@ BUDGETS = {
     "app": ("Python interface, command line, page, bridge, tuning, wedges, farms", 8656),
 }
 """What a room is about, and its most lines of Python. A budget falls, but for a new feature."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_680, 333, 23, 105
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_688, 333, 24, 105
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),
