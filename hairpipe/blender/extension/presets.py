@@ -21,6 +21,14 @@ PRESETS: dict[str, tuple[str, str, dict[str, Any]]] = {
         "105 um thick: three times as stiff as medium hair",
         CONTACT | {"material": {"diameter": 105e-6}},
     ),
+    **{
+        name.upper(): (
+            f"{name} hair",
+            f"Measured area and ellipticity of {name} hair; twists twice as easily as an isotropic fibre",
+            CONTACT | {"material": {"diameter": diameter, "poisson": poisson}},
+        )
+        for name, diameter, poisson in (("Asian", 80e-6, 1.26), ("European", 72e-6, 1.32), ("African", 73e-6, 1.47))
+    },
     "WET": (
         "Wet hair",
         "Water makes hair heavier and softer, and holds hairs together from a larger distance",

@@ -29,6 +29,7 @@ from hairpipe.graphs.experiments.studies.theory.clamps import hang_rod
 from hairpipe.graphs.experiments.table.checks import checked
 from hairpipe.graphs.experiments.validation.row import Row
 from hairpipe.groom.strands import lay_strands
+from hairpipe.strands.material import Material
 from hairpipe.values import Strands
 
 GUESSED, ROD = Sample(constants="guessed"), Sample(model="rod")
@@ -71,8 +72,9 @@ def test_torque_is_that_of_the_rod_and_both_senses_are_tried():
     assert abs(torsion_table(GUESSED, [20], [0.05])["torque error [%]"][0]) > 10
 
 
-def test_a_straight_rod_has_its_torque_exactly_and_its_tip_stays():
-    table = torsion_table(ROD, [8], [0.5, 4.0])
+@pytest.mark.parametrize("poisson", [0.35, 1.3])
+def test_a_straight_rod_has_its_torque_exactly_and_its_tip_stays(poisson):
+    table = torsion_table(Sample(model="rod", material=Material(poisson=poisson)), [8], [0.5, 4.0])
     np.testing.assert_allclose(table["torque error [%]"], 0.0, atol=1e-9)
     np.testing.assert_allclose(table["tip shift [% of length per rad]"], 0.0, atol=1e-9)
 
