@@ -12,9 +12,9 @@ BUDGETS = {
     "geometry": ("vectors, SIMD lanes, banded systems, trees, pairs, distances", 3388),
     "body": ("skeletons, motion capture, skinning, our own bust", 1950),
     "levelset": ("level sets of bodies, baked and interpolated in time", 2597),
-    "groom": ("hair at rest: seeded, grown, imported, painted, interpolated, transferred", 3059),
+    "groom": ("hair at rest: seeded, grown, imported, painted, interpolated, transferred", 3143),
     "laws": ("one law a file: force, derivative, source", 1782),
-    "strands": ("rod, network, chain: rows, rest shape, calibration", 2497),
+    "strands": ("rod, network, chain: rows, rest shape, calibration", 2498),
     "solve": ("stages, integrators, conjugate gradients, step size, lost steps, strands at rest", 3927),
     "volume": ("hair as a continuum on grids", 795),
     "contact": ("who touches whom: search, swept collisions, active sets", 2677),
@@ -23,12 +23,12 @@ BUDGETS = {
     "measure": ("metrics that a shot or `tune` uses", 1585),
     "render": ("pictures", 2830),
     "formats": ("one file a format, and their registry", 10856),
-    "blender": ("programs that Blender runs: the extension, import of a shot, conversion", 2740),
+    "blender": ("programs that Blender runs: the extension, import of a shot, conversion", 2748),
     "engine": ("files, nodes, keys, store, plan, run, workers, hosts; no word of hair", 9608),
     "app": ("Python interface, command line, page, bridge, tuning, wedges, farms", 8656),
 }
 """What a room is about, and its most lines of Python. A budget falls, but for a new feature."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_688, 333, 24, 105
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_781, 334, 24, 105
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),

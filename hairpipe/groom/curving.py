@@ -58,7 +58,6 @@ def _curve(
         old = now = unit(edge, (0.0, -1.0, 0.0))
         aside = (1.0, 0.0, 0.0) if abs(old[0]) < 0.7 else (0.0, 1.0, 0.0)
         old_director = now_director = unit(minus(aside, scaled(dot(aside, old), old)), aside)
-        c, d = np.cos(towards[s]), np.sin(towards[s])
         for k in range(first + 1, offsets[s + 1] - 1):
             edge = minus(row(points, k + 1), row(points, k))
             after = length(edge)
@@ -74,7 +73,9 @@ def _curve(
             old_director = _transport(old_director, old, tangent)
             now_director = _transport(now_director, now, turned)
             angle = curvatures[s] * (before + after) / 2.0
-            side = plus(scaled(c, now_director), scaled(d, cross(turned, now_director)))
+            side = plus(
+                scaled(np.cos(towards[s]), now_director), scaled(np.sin(towards[s]), cross(turned, now_director))
+            )
             bent = unit(plus(scaled(np.cos(angle), turned), scaled(np.sin(angle), side)), turned)
             now_director = _transport(now_director, turned, bent)
             old = tangent
