@@ -23,12 +23,12 @@ BUDGETS = {
     "measure": ("metrics that a shot or `tune` uses", 1585),
     "render": ("pictures", 2830),
     "formats": ("one file a format, and their registry", 10856),
-    "blender": ("programs that Blender runs: the extension, import of a shot, conversion", 2748),
+    "blender": ("programs that Blender runs: the extension, import of a shot, conversion", 2752),
     "engine": ("files, nodes, keys, store, plan, run, workers, hosts; no word of hair", 9608),
     "app": ("Python interface, command line, page, bridge, tuning, wedges, farms", 8656),
 }
 """What a room is about, and its most lines of Python. A budget falls, but for a new feature."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_781, 334, 24, 105
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_785, 334, 24, 105
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),

@@ -25,9 +25,13 @@ PRESETS: dict[str, tuple[str, str, dict[str, Any]]] = {
         name.upper(): (
             f"{name} hair",
             f"Measured area and ellipticity of {name} hair; twists twice as easily as an isotropic fibre",
-            CONTACT | {"material": {"diameter": diameter, "poisson": poisson}},
+            CONTACT | {"material": material},
         )
-        for name, diameter, poisson in (("Asian", 80e-6, 1.26), ("European", 72e-6, 1.32), ("African", 73e-6, 1.47))
+        for name, material in (
+            ("Asian", {"poisson": 1.26}),
+            ("European", {"diameter": 72e-6, "poisson": 1.32}),
+            ("African", {"diameter": 73e-6, "poisson": 1.47}),
+        )
     },
     "WET": (
         "Wet hair",
