@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import process_time
 from typing import NamedTuple
 
@@ -83,7 +84,11 @@ def file_table(whole: Path, guides: Path) -> Table:
     assert spec is not None and spec.loader is not None
     reader = module_from_spec(spec)
     spec.loader.exec_module(reader)
-    stages = [reader.Usd.Stage.Open(str(path)) for path in (guides, whole)]
+    with TemporaryDirectory() as folder:  # Files of the store have no suffix that names their format.
+        named = [Path(folder) / f"{name}.usdc" for name in ("guides", "all")]
+        for name, path in zip(named, (guides, whole), strict=True):
+            name.symlink_to(path.resolve())
+        stages = [reader.Usd.Stage.Open(str(name)) for name in named]
     strands = reader.Strands(stages[0])
     points = reader.UsdGeom.BasisCurves(stages[1].GetDefaultPrim().GetChild("hair")).GetPointsAttr()
     frames = points.GetTimeSamples()
