@@ -98,7 +98,8 @@ def test_approaches_are_the_near_pairs_that_have_no_nearer_neighbour(scene):
     def is_corner(i, j):
         """Whether the pair crosses at an end of the first segment, beyond which the next is nearer."""
         u, v = points[i + 1] - points[i], points[j + 1] - points[j]
-        if np.sum(np.cross(u, v) ** 2) <= CROSS * (u @ u) * (v @ v):
+        # Sums in order, as the kernel has them: the scenes have ties, and u @ u rounds as the processor does.
+        if np.sum(np.cross(u, v) ** 2) <= CROSS * np.sum(u * u) * np.sum(v * v):
             return False
         before, after = nearest.get((i - 1, j), np.inf), nearest.get((i + 1, j), np.inf)
         at, distance = fractions[i, j], nearest[i, j]
