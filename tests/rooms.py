@@ -13,9 +13,9 @@ BUDGETS = {
     "body": ("skeletons, motion capture, skinning, our own bust", 1950),
     "levelset": ("level sets of bodies, baked and interpolated in time", 2597),
     "groom": ("hair at rest: seeded, grown, imported, painted, interpolated, transferred", 3143),
-    "laws": ("one law a file: force, derivative, source", 1782),
+    "laws": ("one law a file: force, derivative, source", 1784),
     "strands": ("rod, network, chain: rows, rest shape, calibration", 2498),
-    "solve": ("stages, integrators, conjugate gradients, step size, lost steps, strands at rest", 3927),
+    "solve": ("stages, integrators, conjugate gradients, step size, lost steps, strands at rest", 3931),
     "volume": ("hair as a continuum on grids", 795),
     "contact": ("who touches whom: search, swept collisions, active sets", 2677),
     "shot": ("scene to interactions, frame, cuts, locks", 2781),
@@ -28,7 +28,7 @@ BUDGETS = {
     "app": ("Python interface, command line, page, bridge, tuning, wedges, farms", 8656),
 }
 """What a room is about, and its most lines of Python. A budget falls, but for a new feature."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_785, 334, 24, 105
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_791, 334, 24, 105
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),

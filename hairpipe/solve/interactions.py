@@ -87,6 +87,7 @@ class StepEnd:
     origin   [m], (3,)
     time     start of the step since the previous frame [s]
     dt       duration of the step [s]
+    moved    whether corrections have moved points
     """
 
     x: np.ndarray
@@ -98,6 +99,7 @@ class StepEnd:
     time: float
     dt: float
     _solved: np.ndarray | None = field(default=None, init=False)
+    moved: bool = field(default=False, init=False)
 
     @property
     def points(self) -> np.ndarray:
@@ -116,6 +118,7 @@ class StepEnd:
 
     def move(self, change: np.ndarray, times: float = 1.0) -> None:
         """Move points by so many times (P, 3) [m], with the particles off the axis; held ones stay."""
+        self.moved = True
         follow(self.axis, change, times, self.x)
 
     def push(self, change: np.ndarray) -> None:

@@ -381,8 +381,9 @@ class Surroundings:
         for interaction in reversed(self.interactions):
             interaction.limit(state.x, step.held)
             interaction.correct(end)
-        for interaction in self.interactions:
-            interaction.limit(state.x, step.held, STRETCH)
+        if end.moved:
+            for interaction in self.interactions:
+                interaction.limit(state.x, step.held, STRETCH)
         mark_length_jumps(self.model, solved, state.x, self._jumped)
         return end.pushed()
 

@@ -28,6 +28,8 @@ def test_no_segment_is_longer_than_the_limit_after_one_pass(scene, straight):
 def test_strain_within_the_limit_is_unchanged(scene, straight):
     network, x = _stretched(scene, straight, np.random.default_rng(2))
     before = x.copy()
+    limit_strain(x, network.inverse_lengths, SHAPE, 1e3)  # to the bit, in any direction
+    np.testing.assert_array_equal(x, before)
     limit_strain(x, network.inverse_lengths, SHAPE, 1.02)
     np.testing.assert_array_equal(x[:, :, 1], before[:, :, 1])
     np.testing.assert_array_equal(x[:CLAMPED], before[:CLAMPED])

@@ -3,11 +3,9 @@
 from typing import Annotated, NamedTuple
 
 from hairpipe.engine import node
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
-from hairpipe.units import Gt, Interval
+from hairpipe.graphs.experiments.studies.accuracy.sample import Numbers, Sample
+from hairpipe.units import Interval
 from hairpipe.values import Table
-
-Numbers = tuple[Annotated[float, Gt(0.0)], ...]
 
 
 class CurlMap(NamedTuple):

@@ -1,13 +1,10 @@
 """Naturally curved strands that hang, compared with rod theory."""
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 from hairpipe.engine import node
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
-from hairpipe.units import Gt
+from hairpipe.graphs.experiments.studies.accuracy.sample import Numbers, Sample, Segments
 from hairpipe.values import Table
-
-Numbers = tuple[Annotated[float, Gt(0.0)], ...]
 
 
 class Hanging(NamedTuple):

@@ -10,6 +10,8 @@ from hairpipe.units import Gt, Interval, Metres
 
 Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
 """Numbers of segments of strands that are compared."""
+Numbers = tuple[Annotated[float, Gt(0.0)], ...]
+"""Values of a parameter of the strands."""
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,6 @@ def hang_rod(
 
     force   on the free end [N], (3,)
     couple  on the free end [N m], (3,)
-
     guess   shape of a similar rod near which it is solved at once, in place of a growing load
 
     ArithmeticError where the way ends before the full load: there the rod buckles.

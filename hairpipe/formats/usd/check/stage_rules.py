@@ -185,8 +185,8 @@ DEFORMED = "primvars:guideIndex"
 def hair_drawn(stage: Usd.Stage) -> Iterator[Fault]:
     """Find hair that is not drawn: invisible, inactive, without a definition, of another purpose."""
     whole = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
-    hair = [prim for prim in Usd.PrimRange(stage.GetPseudoRoot(), whole) if _holds_hair(prim)]
-    hair = [prim for prim in hair if not prim.HasAttribute(DEFORMED)]
+    prims = Usd.PrimRange(stage.GetPseudoRoot(), whole)
+    hair = [prim for prim in prims if _holds_hair(prim) and not prim.HasAttribute(DEFORMED)]
     why = {prim: why_hidden(prim, UsdGeom.BasisCurves) for prim in hair}
     bare = all(why.values())
     for prim, (message, time, meant) in ((prim, reason) for prim, reason in why.items() if reason):
