@@ -105,6 +105,7 @@ class HairContacts(Interaction):
     _apart: np.ndarray = field(init=False)
     _never: np.ndarray = field(init=False)
     _ignored: np.ndarray = field(init=False)
+    _began: Start = field(init=False)
     _contacts: Contacts | None = field(default=None, init=False)
     _anchors: np.ndarray = field(init=False)
     _places: Joined = field(init=False)
@@ -124,6 +125,7 @@ class HairContacts(Interaction):
 
     def begin(self, start: Start) -> None:
         """Update connections and find contacts at the start of a step."""
+        self._began = start
         points, velocities = start.points, start.velocities
         if self.stiction is not None:
             self.connections = release(self.connections, points, self.stiction.release, self.widths)
@@ -171,7 +173,7 @@ class HairContacts(Interaction):
         stuck = len(self.connections.segments)
         if self.stiction is not None:
             own = part_of(couplings, 0, stuck)
-            linearise_connections(self.connections, at, self.stiction, own, self.widths, self.grips)
+            linearise_connections(self.connections, self._began, at, self.stiction, own, self.widths, self.grips)
         if self._contacts is not None and self._coupled is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
             linearise_contacts(self._contacts, self._anchors, at, self._coupled, rest, self.scale)

@@ -2,6 +2,10 @@
 
 A connection joins the closest points of its segments at its creation. Connections are broken and created at the start
 of a step.
+
+A connection that pushes does so in its direction at the start of the step, as a contact does. A push along the
+direction at the prediction grows with the motion that turns it, and no stiffness in the matrix answers: hair in
+equilibrium would gain speed from step to step, as hairs that stick nearer than the reach did.
 """
 
 from typing import NamedTuple
@@ -13,13 +17,11 @@ from hairpipe.contact.contact_points import between, inverse_mass, normal_of
 from hairpipe.geometry.proximity import near_pairs
 from hairpipe.geometry.segments import Pairs, key_of, mean_width
 from hairpipe.geometry.sorting import places_of, rows_at
-from hairpipe.geometry.vec3 import dot
+from hairpipe.geometry.vec3 import dot, scaled
 from hairpipe.laws.adhesion import adhesion, stiffness_of
 from hairpipe.laws.settings import Stiction
 from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
-from hairpipe.solve.interactions import Prediction
-
-_SMALLEST = 1e-12  # [m]; a shorter connection counts as so long
+from hairpipe.solve.interactions import Prediction, Start
 
 
 class Connections(NamedTuple):
@@ -38,12 +40,10 @@ def no_connections() -> Connections:
     return Connections(np.empty((0, 2), np.int32), np.empty((0, 2)))
 
 
-def release(
-    connections: Connections, points: np.ndarray, distance: float, widths: np.ndarray | None = None
-) -> Connections:
+def release(connections: Connections, points: np.ndarray, distance: float, widths: np.ndarray) -> Connections:
     """Return the connections that are not longer than a distance [m]; points  [m], (points, 3); widths  as below."""
     kept = np.empty(len(connections.segments), np.bool_)
-    _hold_on(kept, connections, points, distance, _or_single(widths, len(points)))
+    _hold_on(kept, connections, points, distance, widths)
     places = places_of(kept)
     return connections if len(places) == len(kept) else Connections(*(rows_at(each, places) for each in connections))
 
@@ -67,26 +67,23 @@ def connect(connections: Connections, candidates: Pairs) -> Connections:
 
 def linearise(
     connections: Connections,
+    began: Start,
     at: Prediction,
     stiction: Stiction,
     out: Couplings,
-    widths: np.ndarray | None = None,
-    grips: np.ndarray | None = None,
+    widths: np.ndarray,
+    grips: np.ndarray,
 ) -> None:
     """Linearise the forces of connections at a prediction, in place: sets all of out except segments and fractions.
 
-    widths  widths of segments, (points,): reach and release of two of widths a and b are (a + b) / 2 times those of
-            single hairs; None: 1
-    grips   square roots of the forces of segments over that of the settings, (points,); None: 1
+    began   the start of the step, for the directions of connections that push
+    widths  widths of segments, (points,): two of widths a and b have (a + b) / 2 times reach and release
+    grips   square roots of the forces of segments over that of the settings, (points,)
 
     Connections of non-finite strands, or between two inactive strands, do not act.
     """
     law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
-    _linearise(out, connections, at, law, *(_or_single(each, len(at.points)) for each in (widths, grips)))
-
-
-def _or_single(factors: np.ndarray | None, points: int) -> np.ndarray:
-    return np.ones(points) if factors is None else factors
+    _linearise(out, connections, began, at, law, widths, grips)
 
 
 def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
@@ -100,9 +97,7 @@ def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.
     return key_of(segments[strands[:, 0] == strands[:, 1]])
 
 
-def stiffest(
-    connections: Connections, masses: np.ndarray, stiction: Stiction, grips: np.ndarray | None = None
-) -> float:
+def stiffest(connections: Connections, masses: np.ndarray, stiction: Stiction, grips: np.ndarray) -> float:
     """Bound the share of connections in the squared highest frequency: max_p sum_i 4 k |w_i| / m_p [1/s^2].
 
     masses  masses of the points, inf if held [kg], (points,); grips  as of `linearise`
@@ -110,7 +105,7 @@ def stiffest(
     The sum runs over the connections at a point, like that over springs in `step_size.py`, to which it is added.
     """
     segments, fractions = connections
-    share = np.repeat(_or_single(grips, len(masses))[segments].prod(axis=1), 2)
+    share = np.repeat(grips[segments].prod(axis=1), 2)
     weights = np.bincount(segments.ravel(), share * (1.0 - fractions.ravel()), len(masses))
     weights += np.bincount(segments.ravel() + 1, share * fractions.ravel(), len(masses))
     return 4.0 * stiffness_of(stiction) * float((weights / masses).max(initial=0.0))
@@ -134,7 +129,7 @@ def _insert(keys, others, segments, fractions, all_segments, all_fractions):
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, connections, at, law, widths, grips):
+def _linearise(out, connections, began, at, law, widths, grips):
     single, reach, far, fraction = law
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = connections.segments, connections.fractions
@@ -147,9 +142,12 @@ def _linearise(out, connections, at, law, widths, grips):
         apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
         length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))
         if length < np.inf and speed < np.inf:
-            d = normal_of(points, velocities, segments, fractions, i)
             wide = mean_width(widths, segments, i)
             longer = length - wide * reach
+            if longer > 0.0:
+                d = scaled(1.0 / length, apart)
+            else:
+                d = normal_of(began.points, began.velocities, segments, fractions, i)
             slack = wide * (far - reach)
             stiffness = single * (grips[segments[i, 0]] * grips[segments[i, 1]]) / wide
             w = inverse_mass(masses, segments, fractions, i)
@@ -160,6 +158,6 @@ def _linearise(out, connections, at, law, widths, grips):
             force = -span * (pull + c * dot(u, d))
             acts[i] = True
             exerted[i, ALONG] = span * (h * k + c)
-            exerted[i, ACROSS] = span * h * max(pull, 0.0) / max(length, _SMALLEST)
+            exerted[i, ACROSS] = span * h * pull / length if longer > 0.0 else 0.0
             for a in range(3):
                 exerted[i, DIRECTION + a], exerted[i, PUSH + a] = d[a], force * d[a]

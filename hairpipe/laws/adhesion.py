@@ -4,8 +4,9 @@ A spring joins two points at the distance l along d. It resists stretch and comp
 
     f = -(T + c d.u) d,   T = k (l - reach),   k = force / (release - reach),   0 at l > release
 
-T d is the gradient of k (l - reach)^2 / 2. c is a fraction of critical damping of the two points alone, with 1/m =
-sum w_i^2 / m_i: c = 2 fraction sqrt(k m). In a solve the spring is implicit, but for negative terms:
+T d is the gradient of k (l - reach)^2 / 2; a push has the d of the start of its step, see `contact/stiction.py`. c is a
+fraction of critical damping of the two points alone, with 1/m = sum w_i^2 / m_i: c = 2 fraction sqrt(k m). In a solve
+the spring is implicit, but for negative terms:
 
     K = k d d^T + max(T, 0) / l (I - d d^T),   C = c d d^T
 
@@ -13,11 +14,10 @@ A connection that is beyond release at a prediction breaks within the step. Its 
 the same work over the whole distance, k (release - reach)^2 / (l - reach)^2, and c is multiplied by (release - reach) /
 (l - reach). Otherwise its force would grow with the step, and stop the separation of hair.
 
-The force of a connection is the geometric mean of the forces of its two segments, as the adhesion of unlike surfaces
-is that of the adhesions of each to its like (Girifalco and Good 1957): hair without force sticks to nothing.
+The force of a connection is the geometric mean of those of its two segments, as the adhesion of unlike surfaces is
+that of the adhesions of each to its like (Girifalco and Good 1957): hair without force sticks to nothing.
 
-We differ from the authors' code, which has a modulus without a unit, is explicit, and limits the connections of only
-one of the two segments.
+We differ from the authors' code: it has a modulus without a unit, is explicit, and limits connections of one segment.
 """
 
 import numpy as np

@@ -27,7 +27,7 @@ from hairpipe.shot.build import surroundings_of
 from hairpipe.shot.simulate import start
 from hairpipe.solve.couplings import Couplings, coupling_rows, find_incidence, matrices
 from hairpipe.solve.integrators import G
-from hairpipe.solve.interactions import Prediction
+from hairpipe.solve.interactions import Prediction, Start
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 
@@ -56,7 +56,7 @@ def web(seed=0, count=300, longest=STICTION.release):
     pairs = np.unique(np.stack([first, 40 + rng.integers(0, 39, count)], 1), axis=0).astype(np.int32)
     connections = Connections(pairs, rng.random(pairs.shape))
     x[40:] += np.median(x[:40], axis=0) - np.median(x[40:], axis=0)
-    kept = release(connections, x, longest)
+    kept = release(connections, x, longest, np.ones(len(x)))
     assert len(kept.segments) > 20
     return SimpleNamespace(
         x=x, v=rng.normal(size=x.shape), masses=rng.uniform(1e-8, 4e-8, 80), connections=kept, offsets=offsets
@@ -73,13 +73,21 @@ def energy(connections, x):
     return 0.5 * STIFFNESS * ((gaps(connections, x) - STICTION.reach) ** 2).sum()
 
 
-def exerted(connections, x, v, masses, stiction, h, active=None):
+def exerted(connections, x, v, masses, stiction, h, active=None, began=None):
     # In double precision, of which a step keeps half.
-    count = len(connections.segments)
+    count, single = len(connections.segments), np.ones(len(x))
     couplings = Couplings(*connections, np.empty(count, np.bool_), np.zeros((count, 8)))
     active = np.ones(len(x), np.bool_) if active is None else active
     at = Prediction(x, v, v, masses, np.full(len(x), h), active, h, h, h)
-    linearise(connections, at, stiction, couplings)
+    linearise(
+        connections,
+        Start(x if began is None else began, v, masses, 0.0, 0.0, h),
+        at,
+        stiction,
+        couplings,
+        single,
+        single,
+    )
     return couplings
 
 
@@ -114,6 +122,17 @@ def test_the_matrix_is_the_slope_of_the_force_where_it_pulls_and_never_negative(
             np.testing.assert_allclose(M[i, c], -(pushes[0] - pushes[1]) / 2e-9, atol=1e-5 * STIFFNESS)
 
 
+def test_a_push_keeps_its_direction_in_a_step_and_a_pull_turns_with_its_points():
+    one, masses, h = Connections(np.array([[1, 5]], np.int32), np.full((1, 2), 0.5)), np.full(8, 1e-8), 1e-3
+    for gap in (0.8 * STICTION.reach, 0.5 * (STICTION.reach + STICTION.release)):
+        began, _ = parallel_strands(gap)
+        turned = began.copy()
+        turned[4:] = began[:4] + gap * np.array([0.8, 0.0, 0.6])
+        way = began[4] - began[0] if gap < STICTION.reach else turned[4] - turned[0]
+        push = exerted(one, turned, 0 * turned, masses, STICTION, h, began=began).push[0]
+        np.testing.assert_allclose(push, h * STIFFNESS * (gap - STICTION.reach) * way / gap, rtol=1e-9)
+
+
 def test_only_parting_is_damped_and_by_the_fraction_of_critical():
     case = web()
     couplings = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1.0)
@@ -133,7 +152,7 @@ def test_force_ends_at_the_release_distance():
     extensions = np.linspace(0.1e-3, 2.5e-3, 49)
     for gap in extensions:
         x, _ = parallel_strands(gap)
-        connections = release(connections, x, STICTION.release)
+        connections = release(connections, x, STICTION.release, np.ones(len(x)))
         pushes = exerted(connections, x, 0 * x, np.full(8, 1e-8), STICTION, 1.0).push
         pulls.append(pushes[0, 0] if len(pushes) else 0.0)
     held = extensions < STICTION.release + 1e-9
@@ -186,7 +205,7 @@ def test_no_segment_gets_more_connections_than_the_cap_and_none_moves():
     connections = no_connections()
     for step in range(6):
         x += 1e-4 * rng.normal(size=x.shape)
-        before = release(connections, x, 4e-4)
+        before = release(connections, x, 4e-4, np.ones(len(x)))
         free = room(before, len(x), 3)
         pairs = near_pairs(x, offsets, 3e-4, key_of(before.segments))
         near = closest_pairs(x, pairs, np.ones(len(pairs.distances), bool), 3, free)
@@ -226,7 +245,7 @@ def test_hair_that_is_not_finite_is_let_go_and_exerts_nothing():
     assert np.isfinite(couplings.push).all() and np.isfinite(matrices(couplings)).all()
     assert couplings.push.any()
     touched = np.isin(case.connections.segments, [lost - 1, lost]).any(axis=1)
-    left = release(case.connections, x, STICTION.release).segments
+    left = release(case.connections, x, STICTION.release, np.ones(len(x))).segments
     np.testing.assert_array_equal(left, case.connections.segments[~touched])
 
 
@@ -235,8 +254,8 @@ def test_the_bound_on_the_frequency_holds():
     couplings = exerted(case.connections, case.x, 0 * case.x, case.masses, Stiction(damping=0.0), 1.0)
     K = whole_matrix(couplings, 80) / np.sqrt(np.outer(*[np.repeat(case.masses, 3)] * 2))
     highest = np.linalg.eigvalsh(K).max()
-    assert highest <= stiffest(case.connections, case.masses, STICTION) < 20 * highest
-    assert stiffest(no_connections(), case.masses, STICTION) == 0.0
+    assert highest <= stiffest(case.connections, case.masses, STICTION, np.ones(80)) < 20 * highest
+    assert stiffest(no_connections(), case.masses, STICTION, np.ones(80)) == 0.0
 
 
 def test_pairs_of_inactive_strands_are_excluded():
@@ -278,7 +297,7 @@ def pulls(x, connections, grips):
     couplings = Couplings(*connections, np.empty(count, np.bool_), np.zeros((count, 8)))
     masses, ones = np.full(len(x), 1e-8), np.ones(len(x))
     at = Prediction(x, 0 * x, 0 * x, masses, ones, ones > 0, 1.0, 1.0, 1.0)
-    linearise(connections, at, UNDAMPED, couplings, ones, grips)
+    linearise(connections, Start(x, 0 * x, masses, 0.0, 0.0, 1.0), at, UNDAMPED, couplings, ones, grips)
     return coupling_rows(couplings, find_incidence(connections.segments, len(x))).push
 
 
@@ -318,7 +337,7 @@ def test_force_of_unequal_segments_is_the_slope_of_their_energy():
 def test_the_bound_of_the_frequency_has_the_factors_of_pairs():
     _, connections, _ = random_web()
     masses = np.full(40, 1e-8)
-    whole = stiffest(connections, masses, UNDAMPED)
+    whole = stiffest(connections, masses, UNDAMPED, np.ones(40))
     assert stiffest(connections, masses, UNDAMPED, np.full(40, 0.5)) == pytest.approx(0.25 * whole)
 
 

@@ -16,11 +16,16 @@ CORNERS = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
 SCENE = Scene(stiction=Stiction(), collisions=Collisions(), locks=Locks(after=2, most=8, tolerance=1e-3))
 
 
-def build_bundle(model="network"):
-    """A bundle of straight hairs that stick out of a triangle, near enough to each other to stick."""
+def build_bundle(model="network", seed=None):
+    """A bundle of straight hairs that stick out of a triangle, near enough to each other to stick.
+
+    With a seed, its points are a picometre elsewhere: another rounding of the same hair.
+    """
     places = SPACING * np.stack(np.meshgrid(*[np.arange(SIDE)] * 2), -1).reshape(-1, 2)
     roots = np.stack([0.03 + places[:, 0], np.zeros(len(places)), -0.03 - places[:, 1]], 1)
     points = roots[:, None] + np.linspace(0.0, 0.06, SEGMENTS + 1)[:, None] * np.array([0.6, 0.8, 0.0])
+    if seed is not None:
+        points = points + 1e-12 * np.random.default_rng(seed).standard_normal(points.shape)
     count, weights = (
         len(roots),
         np.stack([1.0 - 10.0 * (roots[:, 0] - roots[:, 2]), 10.0 * roots[:, 0], -10.0 * roots[:, 2]], 1),
