@@ -66,6 +66,7 @@ class Contacts(NamedTuple):
     normals    unit vectors from the second point to the first, (n, 3)
     loads      normal force at the end of the previous step [N], (n,)
     thickness  contact distance of the axes [m], (n,)
+    shares     of the stiffness of a contact, (n,)
     """
 
     segments: np.ndarray
@@ -73,6 +74,7 @@ class Contacts(NamedTuple):
     normals: np.ndarray
     loads: np.ndarray
     thickness: np.ndarray
+    shares: np.ndarray
 
 
 def find_contacts(
@@ -82,21 +84,24 @@ def find_contacts(
     collisions: Collisions,
     widths: np.ndarray | None = None,
     scale: Scale = USUAL,
+    shares: np.ndarray | None = None,
 ) -> Contacts:
     """Make contacts of pairs at the beginning of a step; pure.
 
     points, velocities  [m], [m/s], (points, 3)
     widths              widths of segments in thicknesses of one hair, (points,); None: 1
     scale               factors on the time of relaxation
+    shares              of contacts, see `approaches`, (n,); None: 1
 
     The stiff spring of a contact is implicit, so its force at the end of a step is its force in that step.
     """
     normals, loads, thickness = (np.empty((len(pairs.segments), *shape)) for shape in ((3,), (), ()))
+    shares = np.ones(len(loads)) if shares is None else shares
+    contacts = Contacts(pairs.segments, pairs.fractions, normals, loads, thickness, shares)
     widths = np.ones(len(points)) if widths is None else widths
-    viscosity = collisions.stiffness * RELAXATION * scale.time
-    law = collisions.thickness.value, collisions.stiffness, viscosity
-    _find(normals, loads, thickness, pairs, points, velocities, law, widths)
-    return Contacts(pairs.segments, pairs.fractions, normals, loads, thickness)
+    law = collisions.thickness.value, collisions.stiffness, collisions.stiffness * RELAXATION * scale.time
+    _find(contacts, points, velocities, law, widths)
+    return contacts
 
 
 @inlined
@@ -171,15 +176,18 @@ def normal_of(x, v, segments, fractions, i):
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _find(normals, loads, thickness, pairs, points, velocities, law, widths):
+def _find(contacts, points, velocities, law, widths):
     single, stiffness, viscosity = law
+    segments, fractions, shares = contacts.segments, contacts.fractions, contacts.shares
+    # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
+    normals, loads, thickness = contacts.normals, contacts.loads, contacts.thickness
     for i in prange(len(loads)):
-        n = normal_of(points, velocities, pairs.segments, pairs.fractions, i)
-        gap = dot(n, between(points, pairs.segments, pairs.fractions, i))
-        speed = dot(n, between(velocities, pairs.segments, pairs.fractions, i))
+        n = normal_of(points, velocities, segments, fractions, i)
+        gap = dot(n, between(points, segments, fractions, i))
+        speed = dot(n, between(velocities, segments, fractions, i))
         normals[i, 0], normals[i, 1], normals[i, 2] = n
         # What comes near only now has not been slowed down yet.
-        kept = single * mean_width(widths, pairs.segments, i)
-        push = repulsion(stiffness, viscosity, kept - gap, max(speed, 0.0))
+        kept = single * mean_width(widths, segments, i)
+        push = shares[i] * repulsion(stiffness, viscosity, kept - gap, max(speed, 0.0))
         loads[i] = max(push, 0.0) if gap < kept else 0.0
         thickness[i] = kept

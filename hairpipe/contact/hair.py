@@ -6,7 +6,7 @@ A set of pairs is a sorted array of keys without duplicates, see `key_of`.
 """
 
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import partial, reduce
 from typing import ClassVar, TypeVar
 
 import numpy as np
@@ -49,11 +49,6 @@ def union(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     if (ends == begins[1:]).all():
         return out
     return np.concatenate([out[begin:end] for begin, end in zip(begins.tolist(), ends.tolist(), strict=False)])
-
-
-def intersection(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the pairs that are in both of two sets, (n,) and (m,) int64; pure."""
-    return np.intersect1d(a, b, assume_unique=True)
 
 
 @njit(cache=True, parallel=True)
@@ -121,7 +116,8 @@ class HairContacts(Interaction):
         self._reach = max((reach for reach, *_ in sought), default=0.0)
         near = [widths * (reach / self._reach) for reach, widths, _ in sought]
         self._near = reduce(np.maximum, near, np.zeros_like(self.widths))
-        self._never = reduce(intersection, [keys for *_, keys in sought]) if sought else np.empty(0, np.int64)
+        both = partial(np.intersect1d, assume_unique=True)
+        self._never = reduce(both, [keys for *_, keys in sought]) if sought else np.empty(0, np.int64)
 
     def begin(self, start: Start) -> None:
         """Update connections and find contacts at the start of a step."""
@@ -129,11 +125,11 @@ class HairContacts(Interaction):
         points, velocities = start.points, start.velocities
         if self.stiction is not None:
             self.connections = release(self.connections, points, self.stiction.release, self.widths)
-        pairs = self._meet(points)
+        pairs, shares = self._meet(points)
         if self.collisions is not None:
             self._ignored = union(self.at_rest[1], key_of(self.connections.segments))
         if self._coupled is not None:
-            self._contacts = find_contacts(pairs, points, velocities, self._coupled, self._apart, self.scale)
+            self._contacts = find_contacts(pairs, points, velocities, self._coupled, self._apart, self.scale, shares)
             self._anchors = anchor(self._contacts, points, self.shear, self._coupled)
         self._places = join(self.connections, *([] if self._contacts is None else [self._contacts]))
         if self._contacts is not None:
@@ -142,10 +138,10 @@ class HairContacts(Interaction):
             at = {"segments": self._places.segments[stuck:], "fractions": self._places.fractions[stuck:]}
             self._contacts = self._contacts._replace(**at)
 
-    def _meet(self, points: np.ndarray) -> Pairs:
+    def _meet(self, points: np.ndarray) -> tuple[Pairs, np.ndarray]:
         """Connect what has come near, and return the pairs that may touch in this step."""
         if not self._reach:
-            return empty_pairs()
+            return empty_pairs(), np.empty(0)
         count = len(points)
         stuck = key_of(self.connections.segments)
         known = union(self._never, stuck)
@@ -159,7 +155,7 @@ class HairContacts(Interaction):
             fresh = closest_pairs(points, near, may, most, room(self.connections, count, most))
             self.connections = connect(self.connections, fresh)
         if self._coupled is None:
-            return empty_pairs()
+            return empty_pairs(), np.empty(0)
         aside = union(self.at_rest[1], key_of(fresh.segments))
         return approaches(near, within(near, count, REACH * self._coupled.thickness.value, aside, self._apart), points)
 

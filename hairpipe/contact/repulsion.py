@@ -14,10 +14,9 @@ before it is caught again, and a stack collapses (`graphs/experiments/stack.toml
 We differ from the paper, which adapts Bridson et al. 2002, impulses pair by pair (`sweep`): they do not
 converge in stacks. The authors' code also leaves out pairs whose closest point is an end of a segment. We include
 them: nearly parallel segments, as nearly all neighbours in hair are, always have their closest point there, and so has
-a tip that rests on another hair. Of consecutive segments near the same segment, the nearest has the contact
-(`geometry/proximity.py`): a contact that slides over their joint passes from one to the next at the same point, with
-the same force. Where that other segment also ends, both pairs share a contact and both springs act; Coulomb's law
-still holds: the two loads add up to one.
+a tip that rests on another hair. Pairs of consecutive segments share a contact (`geometry/proximity.py`): one that
+slides over a joint passes from one to the next without a jump. Their springs have these shares of the stiffness, so
+that their forces and loads add up to those of one contact.
 
 Elongations of the friction between hairs, over steps and from one segment to the next; the law is `coulomb.py`.
 
@@ -80,8 +79,7 @@ def linearise(
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _linearise(out, contacts, anchors, at, law):
-    stiffness, relaxation, friction = law
-    viscosity = stiffness * relaxation
+    whole, relaxation, friction = law
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
@@ -97,6 +95,8 @@ def _linearise(out, contacts, anchors, at, law):
         coming = between(at.lagged_velocity, segments, fractions, i)
         un, closing = dot(n, u), dot(n, coming)
         h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
+        stiffness = whole * contacts.shares[i]
+        viscosity = stiffness * relaxation
         ahead = overlap - h * (closing - un)  # By the lagged velocity, as a solve may be linearised at rest.
         force = repulsion(stiffness, viscosity, overlap, un)
         load = repulsion(stiffness, viscosity, ahead, closing)
@@ -155,7 +155,7 @@ def _anchor(anchors, contacts, points, keys, elongations, per_load):
             k = _find(keys, segments[i, 0], segments[i, 1])
             if k >= 0:
                 s = flattened(row(elongations, k), row(normals, i))
-                s = scaled(min(per_load * loads[i] / max(length(s), 1e-12), 1.0), s)
+                s = scaled(min(per_load * loads[i] / (contacts.shares[i] * max(length(s), 1e-12)), 1.0), s)
         anchors[i, 0], anchors[i, 1], anchors[i, 2] = minus(s, between(points, segments, fractions, i))
 
 

@@ -42,7 +42,7 @@ from hairpipe.geometry.segments import (
     refuse_lost,
 )
 from hairpipe.geometry.simd import bits, lowest, sqrt
-from hairpipe.geometry.sorting import sorted_by_bits
+from hairpipe.geometry.sorting import places_of, rows_at, sorted_by_bits
 from hairpipe.geometry.vec3 import cross, dot, minus, row
 
 CHUNK = 1024
@@ -221,65 +221,81 @@ def pairs_about(
     return measure(points, in_order(found, len(points)))
 
 
-CROSS = 0.5
-"""Square of the sine of the angle above which two segments cross, and do not run along each other: 45 degrees. At 18
-degrees a coarse knot, whose strand runs along itself, slips through itself."""
+CROSS = (0.3, 0.7)
+"""Squares of the sine of the angle: below the first two segments run along each other, above the second they cross: at
+33 and 57 degrees. At 18 degrees a coarse knot, whose strand runs along itself, slips through itself."""
+FARTHER = 0.1
+"""A pair has no share of a contact if it is farther than the nearest one next to it by so much of that distance."""
 
 
-def approaches(pairs: Pairs, among: np.ndarray, points: np.ndarray) -> Pairs:
-    """Keep the local minima of distance: of consecutive segments near the same one, the nearest; pure.
+def approaches(pairs: Pairs, among: np.ndarray, points: np.ndarray) -> tuple[Pairs, np.ndarray]:
+    """Return the pairs that have a part of a contact of two lines, and these shares, (m,); pure.
 
     pairs   in order; among  those that matter, (n,) bool
     points  [m], (P, 3)
 
-    Where a strand runs along another one, most of its segments are near three of the other's. What is left are the
-    contacts of two lines: one where they cross, at joints too, and one for every segment of the first where they run
-    along each other. Without the first rule a joint that another strand slides over would push it back from its sides.
+    Where a strand runs along another one, most of its segments are near three of the other's. The contacts of two lines
+    are one where they cross, at joints too, and one for every segment of the first where they run along each other. So
+    consecutive segments near the same one share a contact: the nearest has all of it, and two that are equally near
+    half of it each. As lines slide and turn, shares change without a jump. If instead the nearest had all of it always,
+    contacts would begin and end under load, and hair that lies on itself would never come to rest.
     """
-    keep = _nearest(pairs.segments, pairs.distances, among)
-    return chosen(pairs, _without_corners(pairs, key_of(pairs.segments), keep, points))
+    shares = np.empty(len(among))
+    keep = np.empty(len(among), np.bool_)
+    _share(pairs, key_of(pairs.segments), among, points, shares, keep)
+    return chosen(pairs, keep), rows_at(shares, places_of(keep))
+
+
+_ALONG = 1
+_ACROSS = 1 << 32
+"""Differences of keys of pairs: from one to that of the next second segment, and of the next first one."""
 
 
 @njit(cache=True, parallel=True)
-def _nearest(segments, distances, among):
-    """Mark pairs among some whose second segment is not farther from the first than the one before or after it."""
-    count = len(distances)
-    keep = np.empty(count, np.bool_)
-    for k in prange(count):
-        first = segments[k, 0]
-        second = segments[k, 1]
-        distance = distances[k]
-        # Rows are in order, and the last segment of a strand is not followed by the first of the next one.
-        before = k > 0 and among[k - 1] and segments[k - 1, 0] == first and segments[k - 1, 1] == second - 1
-        after = k + 1 < count and among[k + 1] and segments[k + 1, 0] == first and segments[k + 1, 1] == second + 1
-        farther = (before and distances[k - 1] <= distance) or (after and distances[k + 1] < distance)
-        keep[k] = among[k] and not farther
-    return keep
-
-
-@njit(cache=True, parallel=True)
-def _without_corners(pairs, keys, keep, points):
-    """Leave out of the pairs to keep those that cross at a joint of the first, where the next segment is nearer."""
-    segments, fractions, distances = pairs.segments, pairs.fractions, pairs.distances
-    kept = np.empty(len(keep), np.bool_)
+def _share(pairs, keys, among, points, shares, keep):
+    segments, distances = pairs.segments, pairs.distances
     for k in prange(len(keep)):
-        first, second, at = segments[k, 0], segments[k, 1], fractions[k, 0]
-        kept[k] = keep[k]
-        if keep[k] and (at == 0.0 or at == 1.0) and _cross(points, first, second):
-            step = -1 if at == 0.0 else 1
-            key = np.int64(first + step) << 32 | np.int64(second)
-            beyond = np.searchsorted(keys, key)
-            if beyond < len(keys) and keys[beyond] == key and keep[beyond]:
-                farther = distances[k] - distances[beyond]
-                kept[k] = farther < 0.0 or (farther == 0.0 and step > 0)
-    return kept
+        shares[k] = _part(keys, distances, among, np.int64(k), _ALONG) if among[k] else 0.0
+        crossing = _crossing(points, segments[k, 0], segments[k, 1]) if shares[k] > 0.0 else 0.0
+        if crossing > 0.0:
+            shares[k] *= 1.0 - crossing * (1.0 - _part(keys, distances, among, np.int64(k), _ACROSS))
+        keep[k] = shares[k] > 0.0
 
 
 @inlined
-def _cross(points, i, j):
+def _part(keys, distances, among, k, stride):
+    """Part of pair k of a contact that it shares with the two pairs before and after it."""
+    own = distances[k]
+    near = _distance(keys, distances, among, k, -1, stride), _distance(keys, distances, among, k, 1, stride)
+    before = _distance(keys, distances, among, k, -2, stride) if near[0] < np.inf else np.inf
+    after = _distance(keys, distances, among, k, 2, stride) if near[1] < np.inf else np.inf
+    least = min(own, min(min(before, near[0]), min(near[1], after)))
+    others = _weight(before, least) + _weight(near[0], least) + _weight(near[1], least) + _weight(after, least)
+    return _weight(own, least) / (_weight(own, least) + others)
+
+
+@inlined
+def _distance(keys, distances, among, k, steps, stride):
+    key = keys[k] + steps * stride
+    place = k + steps if stride == _ALONG else np.searchsorted(keys, key)  # Rows are in order.
+    near = 0 <= place < len(keys) and keys[place] == key and among[place]
+    return distances[place] if near else np.inf
+
+
+@inlined
+def _weight(distance, least):
+    left = FARTHER * least - (distance - least)
+    return (left / (FARTHER * least)) ** 2 if left > 0.0 else 1.0 * (distance == least)
+
+
+@inlined
+def _crossing(points, i, j):
+    """Return 0 for segments that run along each other and 1 for those that cross, with a smooth step between."""
     u, v = minus(row(points, i + 1), row(points, i)), minus(row(points, j + 1), row(points, j))
     n = cross(u, v)
-    return dot(n, n) > CROSS * dot(u, u) * dot(v, v)
+    least, most = CROSS[0] * dot(u, u) * dot(v, v), CROSS[1] * dot(u, u) * dot(v, v)
+    part = min(max((dot(n, n) - least) / (most - least), 0.0), 1.0) if most > least else 0.0
+    return part * part * (3.0 - 2.0 * part)
 
 
 _PARTS = 8

@@ -1,16 +1,19 @@
 """Hair that comes to rest on a body, on other hair, and in a pile."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
+from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.body.shapes import build_box
 from hairpipe.geometry.proximity import near_pairs
 from hairpipe.graphs.experiments.studies.contact.rub import ends_at, lay_crossed
-from hairpipe.laws.settings import BodyContact, Collisions, Thickness
+from hairpipe.laws.settings import Air, BodyContact, Collisions, Drag, Thickness
 from hairpipe.levelset.bake import bake
+from hairpipe.nodes.make_strands import make_strands
 from hairpipe.shot.build import bodies_of
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of
@@ -112,6 +115,22 @@ def test_pile_comes_to_rest(pile, step):
     assert len(heights) > 30 and (heights > 0.5 * LAW.thickness.value).all()
     near = near_pairs(shot.axis, shot.hair.layout.offsets, LAW.thickness.value)
     assert len(near.distances) > 5 and near.distances.min() > 0.5 * LAW.thickness.value
+
+
+def test_a_strand_that_has_coiled_up_around_itself_comes_to_rest():
+    """Contacts that ended and began under load kept it at 6 mm/s, for ever."""
+    groom = make_strands(length=0.3, segments=100, arch=0.02)
+    scene = Scene(strain=None, gravity=0.0, air=Air(Drag(20.0)), collisions=Collisions(Thickness(4e-3)))
+    nearer, turn = ((0.0, 0.0, 0.0), (-0.15, 0.0, 0.0), (-0.15, 0.0, 0.0)), (0.0, 0.0, 1620.0)
+    hands = Track((0.0, 1.0, 4.0), nearer, turn)
+    ends = [drive(groom, min(frame / FPS, 4.0), Track(), None, hands, None) for frame in range(145)]
+    hair = build_hair(groom, Material(), "rod")
+    state, speeds = start(hair, ends[0], scene), []
+    for frame, driver in enumerate(pairwise(ends)):
+        state = advance_frame(hair, state, driver, (), 1.0 / FPS, scene, frame / FPS)
+        speeds.append(np.linalg.norm(hair.layout.axis(state.velocities), axis=1).max())
+    assert max(speeds) > 0.1 and max(speeds[-12:]) < 1e-3
+    assert near_pairs(hair.layout.axis(state.positions), hair.layout.offsets, 4.5e-3).distances.min() > 2.5e-3
 
 
 def test_director_past_a_free_tip_of_a_rod_moves_with_the_tip():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hairpipe.geometry.proximity import CROSS, approaches, closest_pairs, near_pairs
+from hairpipe.geometry.proximity import CROSS, FARTHER, approaches, closest_pairs, near_pairs
 from hairpipe.geometry.segment_distance import closest_of, closest_on_segments
 from hairpipe.geometry.segments import empty_pairs, key_of, within
 
@@ -84,30 +84,38 @@ def every(pairs):
     return np.ones(len(pairs.distances), bool)
 
 
-def test_approaches_are_the_near_pairs_that_have_no_nearer_neighbour(scene):
+def part_of(distances, pair, way):
+    """Part of a pair among those one and two steps along a way, up to the first that is not near."""
+    own, near = distances[pair], []
+    for side in (-1, 1):
+        for step in (side, 2 * side):
+            beside = pair[0] + step * way[0], pair[1] + step * way[1]
+            if beside not in distances:
+                break
+            near.append(distances[beside])
+    least = min([own, *near])
+    left = [max(FARTHER * least - (d - least), 0.0) ** 2 if least else float(d == least) for d in (own, *near)]
+    return left[0] / sum(left)
+
+
+def test_shares_are_those_of_the_five_pairs_in_a_row(scene):
     points, offsets, reach = scene
     near = near_pairs(points, offsets, reach)
     distances = dict(zip(map(tuple, near.segments.tolist()), near.distances.tolist(), strict=True))
-    fractions = dict(zip(distances, near.fractions[:, 0].tolist(), strict=True))
-    nearest = {
-        (i, j): distance
-        for (i, j), distance in distances.items()
-        if not (distances.get((i, j - 1), np.inf) <= distance or distances.get((i, j + 1), np.inf) < distance)
-    }
-
-    def is_corner(i, j):
-        """Whether the pair crosses at an end of the first segment, beyond which the next is nearer."""
+    expected = {}
+    for i, j in distances:
         u, v = points[i + 1] - points[i], points[j + 1] - points[j]
-        # Sums in order, as the kernel has them: the scenes have ties, and u @ u rounds as the processor does.
-        if np.sum(np.cross(u, v) ** 2) <= CROSS * np.sum(u * u) * np.sum(v * v):
-            return False
-        before, after = nearest.get((i - 1, j), np.inf), nearest.get((i + 1, j), np.inf)
-        at, distance = fractions[i, j], nearest[i, j]
-        return (at == 0.0 and before <= distance) or (at == 1.0 and after < distance)
-
-    expected = [pair for pair in nearest if not is_corner(*pair)]
-    found = approaches(near, every(near), points)
-    assert [tuple(pair) for pair in found.segments.tolist()] == expected
+        # Sums in order, as the kernel has them: u @ u rounds as the processor does.
+        area, whole = np.sum(np.cross(u, v) ** 2), np.sum(u * u) * np.sum(v * v)
+        part = np.clip((area / whole - CROSS[0]) / (CROSS[1] - CROSS[0]), 0.0, 1.0) if whole > 0.0 else 0.0
+        crossing = part * part * (3.0 - 2.0 * part)
+        along, across = part_of(distances, (i, j), (0, 1)), part_of(distances, (i, j), (1, 0))
+        expected[i, j] = along * (1.0 - crossing * (1.0 - across))
+    found, shares = approaches(near, every(near), points)
+    got = dict(zip(map(tuple, found.segments.tolist()), shares.tolist(), strict=True))
+    assert got.keys() <= expected.keys() and (shares > 0.0).all()
+    for pair, share in expected.items():
+        assert got.get(pair, 0.0) == pytest.approx(share, abs=1e-9)
 
 
 def lines(*strands):
@@ -115,32 +123,50 @@ def lines(*strands):
 
 
 @pytest.mark.parametrize("joint", ["first", "second"])
-@pytest.mark.parametrize("shift", [0.0, 0.02])
-def test_a_strand_across_a_joint_approaches_it_once(joint, shift):
-    along = np.linspace(-1.0, 1.0, 5)[:, None] * [0.0, 0.0, 1.0]
-    across = np.array([[-0.3, 0.1, shift], [0.3, 0.1, shift]])
-    points, offsets = lines(*((along, across) if joint == "first" else (across, along)))
-    near = near_pairs(points, offsets, 0.2)
-    assert len(near.distances) == 2
-    assert len(approaches(near, every(near), points).distances) == 1
+def test_a_strand_across_a_joint_has_one_contact_that_passes_on_without_a_jump(joint):
+    along, had = np.linspace(-1.0, 1.0, 5)[:, None] * [0.0, 0.0, 1.0], None
+    for shift in np.linspace(-0.12, 0.12, 97):
+        across = np.array([[-0.3, 0.1, shift], [0.3, 0.1, shift]])
+        points, offsets = lines(*((along, across) if joint == "first" else (across, along)))
+        near = near_pairs(points, offsets, 0.2)
+        found, shares = approaches(near, every(near), points)
+        assert shares.sum() == pytest.approx(1.0)
+        now = {tuple(pair): share for pair, share in zip(found.segments.tolist(), shares.tolist(), strict=True)}
+        if had is not None:
+            assert max(abs(now.get(pair, 0.0) - had.get(pair, 0.0)) for pair in now.keys() | had.keys()) < 0.1
+        had = now
+    assert len(had) == 1
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.013, 0.05, 0.087])
-def test_a_strand_along_another_approaches_it_with_every_segment(shift):
+def test_every_segment_along_a_strand_has_one_contact(shift):
     one = np.linspace(0.0, 1.0, 11)[:, None] * [0.0, 0.0, 1.0]
     points, offsets = lines(one, one + np.array([0.001, 0.0, shift]))
     near = near_pairs(points, offsets, 0.002)
     assert len(near.distances) >= 18
-    found = approaches(near, every(near), points)
-    np.testing.assert_array_equal(np.unique(found.segments[:, 0]), np.arange(10))
-    assert len(found.distances) <= 12
+    found, shares = approaches(near, every(near), points)
+    np.testing.assert_allclose(np.bincount(found.segments[:, 0], shares)[:10], 1.0)
+
+
+def test_contacts_of_two_strands_do_not_jump_as_they_turn_on_each_other():
+    """From along each other to across: overlaps of segments, over that of the lines, end as one contact."""
+    one, overlaps = np.linspace(-1.0, 1.0, 21)[:, None] * [0.0, 0.0, 1.0], []
+    for angle in np.radians(np.linspace(20.0, 90.0, 701)):
+        turned = one[:, 2:] * [np.sin(angle), 0.0, np.cos(angle)]
+        points, offsets = lines(one, turned + np.array([0.013, 0.1, 0.007]))
+        near = near_pairs(points, offsets, 0.2)
+        found, shares = approaches(near, np.diff(near.segments // 21)[:, 0] > 0, points)
+        depths = shares * np.maximum(0.11 - found.distances, 0.0) / 0.01
+        overlaps.append(np.bincount(found.segments[:, 0], depths, 20))
+    assert np.abs(np.diff(overlaps, axis=0)).max() < 0.1
+    assert overlaps[0].sum() > 2.0 and overlaps[-1].sum() == pytest.approx(1.0, abs=0.1)
 
 
 def test_every_turn_of_a_coil_is_approached():
     turns = np.linspace(0.0, 3.0, 61)[:, None]
     coil = np.concatenate([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns), 0.01 * turns], axis=1)
     near = near_pairs(coil, np.array([0, 61], np.int32), 0.025)
-    found = approaches(near, every(near), coil)
+    found, _ = approaches(near, every(near), coil)
     first = found.segments[found.segments[:, 0] == 5, 1]
     assert np.any(abs(first - 25) <= 1) and np.any(abs(first - 45) <= 1)
 
@@ -153,10 +179,12 @@ def test_of_near_pairs_those_nearer_and_not_ignored_are_marked(scene):
     marked = within(everything, len(points), 0.6 * reach, ignored)
     for found, wanted in zip(everything, expected, strict=True):
         np.testing.assert_array_equal(found[marked], wanted)
-    for found, wanted in zip(
-        approaches(everything, marked, points), approaches(expected, every(expected), points), strict=True
-    ):
-        np.testing.assert_array_equal(found, wanted)
+    (found, shares), (wanted, right) = (
+        approaches(everything, marked, points),
+        approaches(expected, every(expected), points),
+    )
+    np.testing.assert_array_equal(found.segments, wanted.segments)
+    np.testing.assert_array_equal(shares, right)
 
 
 @njit

@@ -1,11 +1,13 @@
 """Contact springs of hair: energy, Coulomb's law, symmetry, and what a contact remembers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.contact.contact_points import find_contacts
-from hairpipe.contact.hair import intersection, union
+from hairpipe.contact.contact_points import USUAL, find_contacts
+from hairpipe.contact.hair import union
 from hairpipe.contact.repulsion import anchor, linearise, no_shear, sheared, sweep
 from hairpipe.graphs.experiments.studies.contact.rub import Rub, creep, sliding_ratio
 from hairpipe.laws.settings import Collisions, StepControl, Thickness
@@ -132,6 +134,22 @@ def test_an_impact_slides_by_coulombs_law_or_stops(speed, share):
     assert -impulse[0] <= limit * (1 + 1e-9) and 0 <= after <= speed
 
 
+def test_contacts_of_shares_exert_these_shares(heap):
+    """Of the push, of its matrix, of the load, and of friction, whose elongation is the same."""
+    points, velocities, pairs = heap
+    shares = np.random.default_rng(4).uniform(0.1, 1.0, len(pairs.segments))
+    whole, parts = (find_contacts(pairs, points, velocities, LAW, None, USUAL, each) for each in (None, shares))
+    np.testing.assert_allclose(parts.loads, shares * whole.loads)
+    known = Shear(pairs.segments, np.full((len(shares), 3), 1e-4))
+    kept = [anchor(contacts, points, known, LAW) for contacts in (whole, parts)]
+    np.testing.assert_allclose(kept[1], kept[0], rtol=1e-12)
+    soft = replace(LAW, friction=0.0)
+    one, part = (exerted(contacts, points, velocities, soft) for contacts in (whole, parts))
+    assert one.acts.any()
+    np.testing.assert_allclose(part.push, shares[:, None] * one.push, rtol=1e-9)
+    np.testing.assert_allclose(matrices(part), shares[:, None, None] * matrices(one), rtol=1e-9)
+
+
 def test_coincident_and_parallel_hair_is_pushed_apart_the_same_way():
     points, pairs = cross(0.0)
     velocities = np.outer([1, 1, 0, 0], [0.0, -1e-3, 0.0])
@@ -237,13 +255,12 @@ def test_shear_of_some_strands_has_their_numbers():
 
 
 @pytest.mark.parametrize(("few", "many"), [(0, 0), (0, 5), (7, 90), (40_000, 90_000)])
-def test_union_and_intersection_are_those_of_sets(few, many):
+def test_a_union_is_that_of_sets(few, many):
     rng = np.random.default_rng(few)
     a, b = (np.unique(rng.integers(0, 2 * many + 1, count)) for count in (few, many))
     apart = a[~np.isin(a, b)]
     for one, other in ((a, b), (b, a), (apart, b)):
         np.testing.assert_array_equal(union(one, other), np.union1d(one, other))
-        np.testing.assert_array_equal(intersection(one, other), np.intersect1d(one, other))
 
 
 SWEPT = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5, sweeps=3)
