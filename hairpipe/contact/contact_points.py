@@ -20,8 +20,9 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.proximity import crossing_of
 from hairpipe.geometry.segments import Pairs, mean_width
-from hairpipe.geometry.vec3 import any_across, cross, dot, minus, scaled, unit
+from hairpipe.geometry.vec3 import any_across, cross, dot, length, minus, plus, scaled, unit
 from hairpipe.laws.repulsion import RELAXATION, repulsion
 from hairpipe.laws.settings import Collisions
 
@@ -175,6 +176,18 @@ def normal_of(x, v, segments, fractions, i):
     return unit(any_across(a), (0.0, 1.0, 0.0))
 
 
+@inlined
+def _across_both(points, first, second, n):
+    """Turn the normal n of a shared contact to that of both segments, as far as they cross.
+
+    Otherwise a joint that another strand slides over would push it back from its sides.
+    """
+    part = crossing_of(points, first, second)
+    both = cross(along(points, first), along(points, second))
+    both = scaled(part / max(length(both), 1e-300) * (1.0 if dot(both, n) > 0.0 else -1.0), both)
+    return unit(plus(both, scaled(1.0 - part, n)), n)
+
+
 @njit(cache=True, parallel=True, error_model="numpy")
 def _find(contacts, points, velocities, law, widths):
     single, stiffness, viscosity = law
@@ -183,6 +196,8 @@ def _find(contacts, points, velocities, law, widths):
     normals, loads, thickness = contacts.normals, contacts.loads, contacts.thickness
     for i in prange(len(loads)):
         n = normal_of(points, velocities, segments, fractions, i)
+        if shares[i] < 1.0:
+            n = _across_both(points, segments[i, 0], segments[i, 1], n)
         gap = dot(n, between(points, segments, fractions, i))
         speed = dot(n, between(velocities, segments, fractions, i))
         normals[i, 0], normals[i, 1], normals[i, 2] = n

@@ -224,7 +224,7 @@ def pairs_about(
 CROSS = (0.3, 0.7)
 """Squares of the sine of the angle: below the first two segments run along each other, above the second they cross: at
 33 and 57 degrees. At 18 degrees a coarse knot, whose strand runs along itself, slips through itself."""
-FARTHER = 0.1
+FARTHER = 0.01
 """A pair has no share of a contact if it is farther than the nearest one next to it by so much of that distance."""
 
 
@@ -256,7 +256,7 @@ def _share(pairs, keys, among, points, shares, keep):
     segments, distances = pairs.segments, pairs.distances
     for k in prange(len(keep)):
         shares[k] = _part(keys, distances, among, np.int64(k), _ALONG) if among[k] else 0.0
-        crossing = _crossing(points, segments[k, 0], segments[k, 1]) if shares[k] > 0.0 else 0.0
+        crossing = crossing_of(points, segments[k, 0], segments[k, 1]) if shares[k] > 0.0 else 0.0
         if crossing > 0.0:
             shares[k] *= 1.0 - crossing * (1.0 - _part(keys, distances, among, np.int64(k), _ACROSS))
         keep[k] = shares[k] > 0.0
@@ -289,7 +289,7 @@ def _weight(distance, least):
 
 
 @inlined
-def _crossing(points, i, j):
+def crossing_of(points, i, j):
     """Return 0 for segments that run along each other and 1 for those that cross, with a smooth step between."""
     u, v = minus(row(points, i + 1), row(points, i)), minus(row(points, j + 1), row(points, j))
     n = cross(u, v)

@@ -125,7 +125,7 @@ def lines(*strands):
 @pytest.mark.parametrize("joint", ["first", "second"])
 def test_a_strand_across_a_joint_has_one_contact_that_passes_on_without_a_jump(joint):
     along, had = np.linspace(-1.0, 1.0, 5)[:, None] * [0.0, 0.0, 1.0], None
-    for shift in np.linspace(-0.12, 0.12, 97):
+    for shift in np.linspace(-0.12, 0.12, 961):
         across = np.array([[-0.3, 0.1, shift], [0.3, 0.1, shift]])
         points, offsets = lines(*((along, across) if joint == "first" else (across, along)))
         near = near_pairs(points, offsets, 0.2)
@@ -151,7 +151,7 @@ def test_every_segment_along_a_strand_has_one_contact(shift):
 def test_contacts_of_two_strands_do_not_jump_as_they_turn_on_each_other():
     """From along each other to across: overlaps of segments, over that of the lines, end as one contact."""
     one, overlaps = np.linspace(-1.0, 1.0, 21)[:, None] * [0.0, 0.0, 1.0], []
-    for angle in np.radians(np.linspace(20.0, 90.0, 701)):
+    for angle in np.radians(np.linspace(20.0, 90.0, 2801)):
         turned = one[:, 2:] * [np.sin(angle), 0.0, np.cos(angle)]
         points, offsets = lines(one, turned + np.array([0.013, 0.1, 0.007]))
         near = near_pairs(points, offsets, 0.2)

@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 from hairpipe.contact.contact_points import USUAL, find_contacts
 from hairpipe.contact.hair import union
 from hairpipe.contact.repulsion import anchor, linearise, no_shear, sheared, sweep
+from hairpipe.geometry.proximity import approaches, near_pairs
+from hairpipe.geometry.segments import chosen
 from hairpipe.graphs.experiments.studies.contact.rub import Rub, creep, sliding_ratio
 from hairpipe.laws.settings import Collisions, StepControl, Thickness
 from hairpipe.solve.couplings import Couplings, matrices
@@ -137,17 +139,33 @@ def test_an_impact_slides_by_coulombs_law_or_stops(speed, share):
 def test_contacts_of_shares_exert_these_shares(heap):
     """Of the push, of its matrix, of the load, and of friction, whose elongation is the same."""
     points, velocities, pairs = heap
+    pairs = chosen(pairs, ((pairs.fractions > 0.0) & (pairs.fractions < 1.0)).all(axis=1))  # Normal to both.
     shares = np.random.default_rng(4).uniform(0.1, 1.0, len(pairs.segments))
     whole, parts = (find_contacts(pairs, points, velocities, LAW, None, USUAL, each) for each in (None, shares))
-    np.testing.assert_allclose(parts.loads, shares * whole.loads)
+    np.testing.assert_allclose(parts.loads, shares * whole.loads, rtol=1e-6)
     known = Shear(pairs.segments, np.full((len(shares), 3), 1e-4))
     kept = [anchor(contacts, points, known, LAW) for contacts in (whole, parts)]
-    np.testing.assert_allclose(kept[1], kept[0], rtol=1e-12)
+    np.testing.assert_allclose(kept[1], kept[0], rtol=1e-6, atol=1e-12)
     soft = replace(LAW, friction=0.0)
     one, part = (exerted(contacts, points, velocities, soft) for contacts in (whole, parts))
     assert one.acts.any()
-    np.testing.assert_allclose(part.push, shares[:, None] * one.push, rtol=1e-9)
-    np.testing.assert_allclose(matrices(part), shares[:, None, None] * matrices(one), rtol=1e-9)
+    np.testing.assert_allclose(part.push, shares[:, None] * one.push, rtol=1e-6, atol=1e-15)
+    np.testing.assert_allclose(matrices(part), shares[:, None, None] * matrices(one), rtol=1e-6, atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [60.0, 75.0, 90.0])
+def test_hair_that_slides_over_a_joint_is_pushed_with_the_same_force_across_both(angle):
+    """Both segments at the joint push it: along the normal of the two hairs, not away from the joint."""
+    below, depth = np.linspace(-0.03, 0.03, 7)[:, None] * [1.0, 0.0, 0.0], 3e-5
+    way = np.array([np.cos(np.radians(angle)), 0.0, np.sin(np.radians(angle))])
+    for shift in np.linspace(-1e-4, 1e-4, 41):
+        above = np.array([[-0.005], [0.005]]) * way + [shift, LAW.thickness.value - depth, 0.0]
+        points = np.concatenate([below, above])
+        pairs = near_pairs(points, np.array([0, 7, 9], np.int32), 2.0 * LAW.thickness.value)
+        pairs, shares = approaches(pairs, np.ones(len(pairs.distances), bool), points)
+        contacts = find_contacts(pairs, points, 0.0 * points, LAW, None, USUAL, shares)
+        force = -exerted(contacts, points, 0.0 * points).push.sum(axis=0) / H
+        np.testing.assert_allclose(force, [0.0, LAW.stiffness * depth, 0.0], atol=1e-9 * LAW.stiffness * depth)
 
 
 def test_coincident_and_parallel_hair_is_pushed_apart_the_same_way():
