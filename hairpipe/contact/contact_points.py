@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.proximity import crossing_of
+from hairpipe.geometry.proximity import FARTHER, crossing_of
 from hairpipe.geometry.segments import Pairs, mean_width
 from hairpipe.geometry.vec3 import any_across, cross, dot, length, minus, plus, scaled, unit
 from hairpipe.laws.repulsion import RELAXATION, repulsion
@@ -180,11 +180,13 @@ def normal_of(x, v, segments, fractions, i):
 def _across_both(points, first, second, n):
     """Turn the normal n of a shared contact to that of both segments, as far as they cross.
 
-    Otherwise a joint that another strand slides over would push it back from its sides.
+    Otherwise a joint that another strand slides over would push it back from its sides. One that shares a contact is
+    no farther away along the hair than this; a tip that meets a joint end on keeps its normal.
     """
-    part = crossing_of(points, first, second)
     both = cross(along(points, first), along(points, second))
-    both = scaled(part / max(length(both), 1e-300) * (1.0 if dot(both, n) > 0.0 else -1.0), both)
+    upright = dot(both, n) / max(length(both), 1e-300)
+    part = crossing_of(points, first, second) if abs(upright) * (1.0 + FARTHER) >= 1.0 else 0.0
+    both = scaled(part / max(length(both), 1e-300) * (1.0 if upright > 0.0 else -1.0), both)
     return unit(plus(both, scaled(1.0 - part, n)), n)
 
 

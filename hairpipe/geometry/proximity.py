@@ -243,7 +243,8 @@ def approaches(pairs: Pairs, among: np.ndarray, points: np.ndarray) -> tuple[Pai
     shares = np.empty(len(among))
     keep = np.empty(len(among), np.bool_)
     _share(pairs, key_of(pairs.segments), among, points, shares, keep)
-    return chosen(pairs, keep), rows_at(shares, places_of(keep))
+    places = places_of(keep)
+    return Pairs(*(rows_at(field, places) for field in pairs)), rows_at(shares, places)
 
 
 _ALONG = 1
@@ -284,8 +285,10 @@ def _distance(keys, distances, among, k, steps, stride):
 
 @inlined
 def _weight(distance, least):
+    if distance == least:
+        return 1.0
     left = FARTHER * least - (distance - least)
-    return (left / (FARTHER * least)) ** 2 if left > 0.0 else 1.0 * (distance == least)
+    return (left / (FARTHER * least)) ** 2 if left > 0.0 else 0.0
 
 
 @inlined

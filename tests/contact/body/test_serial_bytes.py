@@ -22,8 +22,8 @@ from hairpipe.shot.simulate import advance_frame
 from hairpipe.values import Mesh
 
 HOUSE = str(Path(hairpipe.__file__).parent)
-MOST = 1050.0
-"""Bytes a point and step, of which kernels take some themselves: 1,012; a line of numpy in `BodyContacts.look`: 250."""
+MOST = 1000.0
+"""Bytes a point and step, of which kernels take some themselves: 980; a line of numpy in `BodyContacts.look`: 250."""
 
 
 def counted(work, monkeypatch):

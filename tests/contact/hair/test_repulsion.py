@@ -168,6 +168,18 @@ def test_hair_that_slides_over_a_joint_is_pushed_with_the_same_force_across_both
         np.testing.assert_allclose(force, [0.0, LAW.stiffness * depth, 0.0], atol=1e-9 * LAW.stiffness * depth)
 
 
+@pytest.mark.parametrize("shift", [0.0, 1e-6, 1e-5])
+def test_a_tip_that_meets_a_joint_end_on_is_pushed_back_where_it_came_from(shift):
+    """Not out of the plane of the two hairs, which their common normal would."""
+    below, apart = np.linspace(-0.03, 0.03, 7)[:, None] * [1.0, 0.0, 0.0], LAW.thickness.value - 3e-5
+    points = np.concatenate([below, [[shift, apart + 0.01, 0.0], [shift, apart, 0.0]]])
+    pairs = near_pairs(points, np.array([0, 7, 9], np.int32), 2.0 * LAW.thickness.value)
+    pairs, shares = approaches(pairs, np.ones(len(pairs.distances), bool), points)
+    contacts = find_contacts(pairs, points, 0.0 * points, LAW, None, USUAL, shares)
+    force = -exerted(contacts, points, 0.0 * points).push.sum(axis=0) / H
+    np.testing.assert_allclose(force, [0.0, 3e-5 * LAW.stiffness, 0.0], atol=0.1 * 3e-5 * LAW.stiffness)
+
+
 def test_coincident_and_parallel_hair_is_pushed_apart_the_same_way():
     points, pairs = cross(0.0)
     velocities = np.outer([1, 1, 0, 0], [0.0, -1e-3, 0.0])

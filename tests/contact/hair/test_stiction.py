@@ -79,15 +79,8 @@ def exerted(connections, x, v, masses, stiction, h, active=None, began=None):
     couplings = Couplings(*connections, np.empty(count, np.bool_), np.zeros((count, 8)))
     active = np.ones(len(x), np.bool_) if active is None else active
     at = Prediction(x, v, v, masses, np.full(len(x), h), active, h, h, h)
-    linearise(
-        connections,
-        Start(x if began is None else began, v, masses, 0.0, 0.0, h),
-        at,
-        stiction,
-        couplings,
-        single,
-        single,
-    )
+    first = Start(x if began is None else began, v, masses, 0.0, 0.0, h)
+    linearise(connections, first, at, stiction, couplings, single, single)
     return couplings
 
 
