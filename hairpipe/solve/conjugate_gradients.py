@@ -58,7 +58,7 @@ MOST = 200
 """Iterations."""
 STILL = 1e-4
 """Change of velocity below which the tolerance is not relative, at the usual scale [m/s]: what rests is not solved to
-the last bit. With ten times as much, bundles come to rest three times later."""
+the last bit, but well enough to lose its slow motions."""
 _SINGLE = np.float32
 _WIDTH = width(_SINGLE)
 _CHUNK = 512
