@@ -44,9 +44,9 @@ from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.proximity import search
 from hairpipe.geometry.segment_distance import closest_on_segments
 from hairpipe.geometry.segment_tree import Frame, Tree, build_tree, find_frame
-from hairpipe.geometry.segments import TOUCHING, all_segments, key_of, known_pairs, mean_width, picked, refuse_lost
+from hairpipe.geometry.segments import TOUCHING, all_segments, key_of, known_pairs, mean_width, refuse_lost
 from hairpipe.geometry.simd import WIDTH, bits, either, load, lowest, maximum, minimum, sqrt
-from hairpipe.geometry.sorting import places_of
+from hairpipe.geometry.sorting import places_of, rows_at
 from hairpipe.geometry.vec3 import (
     Vector,
     any_across,
@@ -456,7 +456,7 @@ def swept_pairs_of(
     is_mine = np.zeros(around.points, np.bool_)
     is_mine[segments] = True
     others = search(mine, around.tree, known)
-    return np.concatenate([search(mine, mine, known), picked(others, _lack(others, is_mine))])
+    return np.concatenate([search(mine, mine, known), rows_at(others, places_of(_lack(others, is_mine)))])
 
 
 @njit(cache=True, parallel=True)
@@ -505,16 +505,16 @@ class Candidates:
             self._list_all(ends)
         else:
             # An end that is not far is where it was: else it might go on by half the reach, again and again.
-            self._listed = np.empty_like(ends)
-            _select(far, ends, self._sorted, self._listed)
+            self._listed = np.where(far[:, None], ends, self._sorted)
             self._again = touched
             self._fresh = swept_pairs_of(self._around, segments, self.before, self._listed, self.ignored)
 
     def of(self, points: np.ndarray) -> np.ndarray:
         """Return the pairs that may cross in the present motion with one of the marked points, (P,) bool."""
         touched = touched_by(points, self.offsets)
-        kept = picked(self.pairs, _among(self.pairs, touched, self._again))
-        return np.concatenate([kept, picked(self._fresh, _among(self._fresh, touched, np.zeros_like(touched)))])
+        kept = rows_at(self.pairs, places_of(_among(self.pairs, touched, self._again)))
+        fresh = rows_at(self._fresh, places_of(_among(self._fresh, touched, np.zeros_like(touched))))
+        return np.concatenate([kept, fresh])
 
     def _list_all(self, ends: np.ndarray) -> None:
         self._around = neighbourhood(self.before, ends, self.offsets, self.reach)
@@ -535,14 +535,6 @@ def _touch(points, offsets, touched):
     for strand in prange(len(offsets) - 1):
         for k in range(offsets[strand], offsets[strand + 1] - 1):
             touched[k] = points[k] or points[k + 1]
-
-
-@njit(cache=True, parallel=True)
-def _select(marked, x, y, out):
-    """Set out, (P, 3), to x where points are marked, and else to y, in place."""
-    for k in prange(len(out)):
-        for c in range(3):
-            out[k, c] = x[k, c] if marked[k] else y[k, c]
 
 
 @njit(cache=True, parallel=True)

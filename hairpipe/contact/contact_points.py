@@ -178,14 +178,14 @@ def normal_of(x, v, segments, fractions, i):
 
 @inlined
 def _across_both(points, first, second, n):
-    """Turn the normal n of a shared contact to that of both segments, as far as they cross.
+    """Turn the normal n of a shared contact to that of both segments, as far as they cross and these two are alike.
 
-    Otherwise a joint that another strand slides over would push it back from its sides. One that shares a contact is
-    no farther away along the hair than this; a tip that meets a joint end on keeps its normal.
+    Otherwise a joint that another strand slides over would push it back from its sides: there n is upright, as far as a
+    contact is shared. A tip that meets a joint end on keeps its normal.
     """
     both = cross(along(points, first), along(points, second))
     upright = dot(both, n) / max(length(both), 1e-300)
-    part = crossing_of(points, first, second) if abs(upright) * (1.0 + FARTHER) >= 1.0 else 0.0
+    part = crossing_of(points, first, second) * min(((1.0 + FARTHER) * upright) ** 2, 1.0)
     both = scaled(part / max(length(both), 1e-300) * (1.0 if upright > 0.0 else -1.0), both)
     return unit(plus(both, scaled(1.0 - part, n)), n)
 

@@ -18,7 +18,7 @@ from hairpipe.contact.repulsion import anchor, no_shear, sheared, sweep
 from hairpipe.contact.repulsion import linearise as linearise_contacts
 from hairpipe.contact.stiction import Connections, connect, no_connections, release, room, same_hair_keys, stiffest
 from hairpipe.contact.stiction import linearise as linearise_connections
-from hairpipe.geometry.proximity import approaches, closest_pairs, near_pairs, pairs_about
+from hairpipe.geometry.proximity import approaches, closest_pairs, near_pairs
 from hairpipe.geometry.segments import Pairs, empty_pairs, key_of, renumbered, within
 from hairpipe.laws.settings import Collisions, Stiction, Thickness
 from hairpipe.solve.couplings import Couplings, Joined, join, part_of
@@ -146,7 +146,7 @@ class HairContacts(Interaction):
         stuck = key_of(self.connections.segments)
         known = union(self._never, stuck)
         fresh = empty_pairs()
-        near = pairs_about(points, self.offsets, self._reach, known, self._near)
+        near = near_pairs(points, self.offsets, self._reach, known, self._near, exact=False)
         if self.stiction is not None:
             may = within(near, count, self.stiction.reach, self.at_rest[0], self.widths)
             if not self.grips.all():  # What does not stick takes no place among the closest.
@@ -242,18 +242,8 @@ def hair_contacts_of(
         collisions = replace(collisions, thickness=thickness)
     stuck = Connections(state.stuck, state.stuck_at)
     widths = single if hair.widths is None else hair.widths
-    return HairContacts(
-        hair.layout.offsets,
-        stiction,
-        collisions,
-        stuck,
-        at_rest,
-        widths,
-        grips,
-        thick,
-        scale,
-        state.shear or no_shear(),
-    )
+    shear = state.shear or no_shear()
+    return HairContacts(hair.layout.offsets, stiction, collisions, stuck, at_rest, widths, grips, thick, scale, shear)
 
 
 def factored(setting: V, hair: HairModel, name: str) -> tuple[V, np.ndarray]:

@@ -172,16 +172,10 @@ def _find(keys, first, second):
 
 @njit(cache=True, parallel=True)
 def _shear(elongations, closed, contacts, points, anchors):
-    segments, fractions, normals, thickness = (
-        contacts.segments,
-        contacts.fractions,
-        contacts.normals,
-        contacts.thickness,
-    )
     for i in prange(len(closed)):
-        apart = between(points, segments, fractions, i)
-        n = row(normals, i)
-        closed[i] = dot(n, apart) < thickness[i]  # Not for NaN: a lost strand touches nothing.
+        apart = between(points, contacts.segments, contacts.fractions, i)
+        n = row(contacts.normals, i)
+        closed[i] = dot(n, apart) < contacts.thickness[i]  # Not for NaN: a lost strand touches nothing.
         s = flattened(plus(row(anchors, i), apart), n)
         elongations[i, 0], elongations[i, 1], elongations[i, 2] = s
 

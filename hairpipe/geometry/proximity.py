@@ -40,6 +40,7 @@ from hairpipe.geometry.segments import (
     known_pairs,
     measure,
     refuse_lost,
+    within,
 )
 from hairpipe.geometry.simd import bits, lowest, sqrt
 from hairpipe.geometry.sorting import places_of, rows_at, sorted_by_bits
@@ -188,6 +189,8 @@ def near_pairs(
     reach: float,
     ignored: np.ndarray | None = None,
     widths: np.ndarray | None = None,
+    *,
+    exact: bool = True,
 ) -> Pairs:
     """List every pair of segments, of one strand too, that share no point and are within reach [m]; pure.
 
@@ -195,30 +198,16 @@ def near_pairs(
     offsets  strand s owns points offsets[s] : offsets[s + 1], (S + 1,) int32
     ignored  sorted keys of pairs to leave out, see `key_of`, (k,) int64
     widths   of segments: two of widths a and b may be (a + b) / 2 of the reach apart, (P,); None: 1
+    exact    whether farther pairs that were found are left out, which takes a copy of all
 
     Raises LostPoints where a position is not finite.
-    """
-    pairs = pairs_about(points, offsets, reach, ignored, widths)
-    wide = 1.0 if widths is None else widths[pairs.segments].mean(axis=1)
-    return chosen(pairs, pairs.distances <= reach * wide)
-
-
-def pairs_about(
-    points: np.ndarray,
-    offsets: np.ndarray,
-    reach: float,
-    ignored: np.ndarray | None = None,
-    widths: np.ndarray | None = None,
-) -> Pairs:
-    """List near pairs and some that are farther, which a copy of all would be needed to leave out; see `near_pairs`.
-
-    widths  of segments: two of widths a and b are near within (a + b) / 2 of the reach, (P,); None: 1
     """
     refuse_lost(points)
     segments = all_segments(offsets)
     tree = build_tree(points, None, segments, reach, find_frame(points, points, segments), widths)
     found = search(tree, tree, known_pairs(ignored, len(points)))
-    return measure(points, in_order(found, len(points)))
+    pairs = measure(points, in_order(found, len(points)))
+    return chosen(pairs, within(pairs, len(points), reach, None, widths)) if exact else pairs
 
 
 CROSS = (0.3, 0.7)
@@ -254,12 +243,11 @@ _ACROSS = 1 << 32
 
 @njit(cache=True, parallel=True)
 def _share(pairs, keys, among, points, shares, keep):
-    segments, distances = pairs.segments, pairs.distances
     for k in prange(len(keep)):
-        shares[k] = _part(keys, distances, among, np.int64(k), _ALONG) if among[k] else 0.0
-        crossing = crossing_of(points, segments[k, 0], segments[k, 1]) if shares[k] > 0.0 else 0.0
+        shares[k] = _part(keys, pairs.distances, among, np.int64(k), _ALONG) if among[k] else 0.0
+        crossing = crossing_of(points, pairs.segments[k, 0], pairs.segments[k, 1]) if shares[k] > 0.0 else 0.0
         if crossing > 0.0:
-            shares[k] *= 1.0 - crossing * (1.0 - _part(keys, distances, among, np.int64(k), _ACROSS))
+            shares[k] *= 1.0 - crossing * (1.0 - _part(keys, pairs.distances, among, np.int64(k), _ACROSS))
         keep[k] = shares[k] > 0.0
 
 
@@ -285,10 +273,8 @@ def _distance(keys, distances, among, k, steps, stride):
 
 @inlined
 def _weight(distance, least):
-    if distance == least:
-        return 1.0
-    left = FARTHER * least - (distance - least)
-    return (left / (FARTHER * least)) ** 2 if left > 0.0 else 0.0
+    left = 1.0 - (distance - least) / max(FARTHER * least, 1e-300)
+    return left * left if left > 0.0 else 0.0
 
 
 @inlined

@@ -84,11 +84,6 @@ def chosen(pairs: Pairs, keep: np.ndarray) -> Pairs:
     return pairs if len(places) == len(keep) else Pairs(*(rows_at(field, places) for field in pairs))
 
 
-def picked(pairs: np.ndarray, keep: np.ndarray) -> np.ndarray:
-    """Return the pairs of segments, (n, 2) int32, that are marked, (n,) bool."""
-    return rows_at(pairs, places_of(keep))
-
-
 def key_of(segments: np.ndarray) -> np.ndarray:
     """Return one number per pair, in lexicographic order: first 2^32 + second, (n,) int64; pure."""
     keys = np.empty(len(segments), np.int64)
@@ -162,7 +157,7 @@ def mean_width(widths: np.ndarray, segments: np.ndarray, k: int) -> float:
 
 
 def within(
-    pairs: Pairs, points: int, reach: float, ignored: np.ndarray, widths: np.ndarray | None = None
+    pairs: Pairs, points: int, reach: float, ignored: np.ndarray | None, widths: np.ndarray | None = None
 ) -> np.ndarray:
     """Mark the pairs within reach [m] that are not ignored, (n,) bool; pure.
 

@@ -4,9 +4,8 @@ A spring joins two points at the distance l along d. It resists stretch and comp
 
     f = -(T + c d.u) d,   T = k (l - reach),   k = force / (release - reach),   0 at l > release
 
-T d is the gradient of k (l - reach)^2 / 2; a push has the d of the start of its step, see `contact/stiction.py`. c is a
-fraction of critical damping of the two points alone, with 1/m = sum w_i^2 / m_i: c = 2 fraction sqrt(k m). In a solve
-the spring is implicit, but for negative terms:
+T d is the gradient of k (l - reach)^2 / 2; a push has its d of the start of the step. c is a fraction of critical
+damping of the two alone, 1/m = sum w_i^2 / m_i: c = 2 fraction sqrt(k m). A solve is implicit but for negative terms:
 
     K = k d d^T + max(T, 0) / l (I - d d^T),   C = c d d^T
 

@@ -195,7 +195,7 @@ class Collisions:
     solver     contact solver: coupled (one system with the strands, needed for stacks), or sweep (published impulses
                pair by pair; with schemes other than nine_steps they act once, on the final velocities, and add energy)
     sweeps     number of sweeps over all pairs, for the solver `sweep`
-    attempts   maximum number of passes per step to resolve crossings
+    attempts   maximum number of passes per step to resolve crossings; what then still crosses passes through
     """
 
     thickness: Thickness = Thickness(3e-4)
@@ -203,7 +203,7 @@ class Collisions:
     stiffness: Annotated[NewtonsPerMetre, Interval(gt=0.0, le=1e4)] = 0.1
     solver: Literal["coupled", "sweep"] = "coupled"
     sweeps: Annotated[int, Interval(ge=1, le=100)] = 3
-    attempts: Annotated[int, Interval(ge=1, le=20)] = 4
+    attempts: Annotated[int, Interval(ge=1, le=100)] = 20
 
 
 @dataclass(frozen=True)

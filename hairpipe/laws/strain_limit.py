@@ -17,20 +17,19 @@ import numpy as np
 from numba import njit
 
 from hairpipe.geometry.simd import load, maximum, select, sqrt, store
+from hairpipe.geometry.vec3 import dot, minus
 
 
 @njit(cache=True)
 def _draw_in(x, p, parent, inverse_rest, limit):
     """Move particle p towards its parent until their distance is at most limit times the rest length, or not at all."""
-    px, py, pz = load(x, (parent, 0)), load(x, (parent, 1)), load(x, (parent, 2))
-    dx, dy, dz = load(x, (p, 0)) - px, load(x, (p, 1)) - py, load(x, (p, 2)) - pz
-    stretch = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest
-    is_beyond = stretch > limit
+    here = load(x, (p, 0)), load(x, (p, 1)), load(x, (p, 2))
+    near = load(x, (parent, 0)), load(x, (parent, 1)), load(x, (parent, 2))
+    way = minus(here, near)
+    stretch = sqrt(dot(way, way)) * inverse_rest
     scale = limit / maximum(stretch, 1e-12)
-    # What is within the limit keeps its bits: p + (x - p) may differ from x by rounding.
-    store(x, (p, 0), select(is_beyond, px + scale * dx, load(x, (p, 0))))
-    store(x, (p, 1), select(is_beyond, py + scale * dy, load(x, (p, 1))))
-    store(x, (p, 2), select(is_beyond, pz + scale * dz, load(x, (p, 2))))
+    for c in range(3):  # What is within the limit keeps its bits: p + (x - p) may differ from x by rounding.
+        store(x, (p, c), select(stretch > limit, near[c] + scale * way[c], here[c]))
 
 
 @njit(cache=True)

@@ -470,7 +470,6 @@ def _update_block(model, block, at, b, active, weights, rule):
 
 ROWS, ROWS_WITH_NEXT = 9, 15
 """Numbers of a point: an impulse and a block; those and the block between it and the next on the axis."""
-_CHUNK = 4096
 
 
 class ExternalTerms(NamedTuple):
@@ -493,21 +492,19 @@ class ExternalTerms(NamedTuple):
 @njit(cache=True, parallel=True)
 def clear(active: np.ndarray, push: np.ndarray, damping: np.ndarray) -> None:
     """Set push (P, 3) and damping (P, 6) of active points, (P,) bool, to zero, in place."""
-    for chunk in prange(-(-len(active) // _CHUNK)):
-        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(active))):
-            if active[k]:
-                push[k] = 0.0
-                damping[k] = 0.0
+    for k in prange(len(active)):
+        if active[k]:
+            push[k] = 0.0
+            damping[k] = 0.0
 
 
 @njit(cache=True, parallel=True)
 def copy_active(active: np.ndarray, values: np.ndarray, out: np.ndarray) -> None:
     """Set out, (P, 3), of active points, (P,) bool, to values, in place."""
-    for chunk in prange(-(-len(active) // _CHUNK)):
-        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(active))):
-            if active[k]:
-                for c in range(3):
-                    out[k, c] = values[k, c]
+    for k in prange(len(active)):
+        if active[k]:
+            for c in range(3):
+                out[k, c] = values[k, c]
 
 
 @njit(cache=True, parallel=True)
@@ -521,11 +518,10 @@ def add_impulses(impulses: np.ndarray, out: np.ndarray) -> None:
 @njit(cache=True, parallel=True)
 def set_contact_dv(active: np.ndarray, impulses: np.ndarray, masses: np.ndarray, out: np.ndarray) -> None:
     """Set out, (P, 3) [m/s], of active points, (P,) bool, to impulses [N s] over masses [kg], (P,), in place."""
-    for chunk in prange(-(-len(active) // _CHUNK)):
-        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(active))):
-            if active[k]:
-                for c in range(3):
-                    out[k, c] = impulses[k, c] / masses[k]
+    for k in prange(len(active)):
+        if active[k]:
+            for c in range(3):
+                out[k, c] = impulses[k, c] / masses[k]
 
 
 @njit(cache=True, parallel=True)
