@@ -505,7 +505,8 @@ class Candidates:
             self._list_all(ends)
         else:
             # An end that is not far is where it was: else it might go on by half the reach, again and again.
-            self._listed = np.where(far[:, None], ends, self._sorted)
+            self._listed = self._sorted.copy()
+            self._listed[far] = ends[far]
             self._again = touched
             self._fresh = swept_pairs_of(self._around, segments, self.before, self._listed, self.ignored)
 

@@ -273,8 +273,8 @@ def _distance(keys, distances, among, k, steps, stride):
 
 @inlined
 def _weight(distance, least):
-    left = 1.0 - (distance - least) / max(FARTHER * least, 1e-300)
-    return left * left if left > 0.0 else 0.0
+    left = max(FARTHER * least + 1e-30 - (distance - least), 0.0)  # Of lines that meet, too, the nearest has a weight.
+    return left * left
 
 
 @inlined
