@@ -180,6 +180,21 @@ def test_a_tip_that_meets_a_joint_end_on_is_pushed_back_where_it_came_from(shift
     np.testing.assert_allclose(force, [0.0, 3e-5 * LAW.stiffness, 0.0], atol=0.1 * 3e-5 * LAW.stiffness)
 
 
+def test_a_tip_that_turns_over_a_joint_is_pushed_without_a_jump():
+    """From end on to lying across it: the normal turns from that of the two points to that of both hairs."""
+    below, depth = np.linspace(-0.03, 0.03, 7)[:, None] * [1.0, 0.0, 0.0], 3e-5
+    tip = np.array([0.0, LAW.thickness.value - depth, 0.0])
+    forces = []
+    for angle in np.radians(np.linspace(0.0, 90.0, 901)):
+        points = np.concatenate([below, [tip + 0.01 * np.array([0.0, np.cos(angle), np.sin(angle)]), tip]])
+        pairs = near_pairs(points, np.array([0, 7, 9], np.int32), 2.0 * LAW.thickness.value)
+        pairs, shares = approaches(pairs, np.ones(len(pairs.distances), bool), points)
+        contacts = find_contacts(pairs, points, 0.0 * points, LAW, None, USUAL, shares)
+        forces.append(-exerted(contacts, points, 0.0 * points).push.sum(axis=0) / H)
+    assert (shares < 1.0).all()
+    assert np.linalg.norm(np.diff(forces, axis=0), axis=1).max() < 0.03 * LAW.stiffness * depth
+
+
 def test_coincident_and_parallel_hair_is_pushed_apart_the_same_way():
     points, pairs = cross(0.0)
     velocities = np.outer([1, 1, 0, 0], [0.0, -1e-3, 0.0])
