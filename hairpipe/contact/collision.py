@@ -11,7 +11,8 @@ remaining crossings are accepted: no rigid zones, as published, since no state o
 
 We differ from the paper, where an impulse stops the approach of the whole step, as if hair touched at its start: here
 hair approaches up to the thickness. And every attempt iterates over the crossings of all previous attempts several
-times, so that one solution does not undo another.
+times, so that one solution does not undo another. The authors' code makes up to four attempts; a crossing that joints
+hand on from segment to segment takes more.
 
 Broad phase: all pairs that may come within reach in the step are listed once. The list is complete as long as no end of
 a point moves by more than half the reach. The pairs of points that move farther are listed again, or those of all hair
