@@ -10,9 +10,9 @@ crossings are searched among the pairs that they moved and added to the solve, u
 remaining crossings are accepted: no rigid zones, as published, since no state of hair is invalid.
 
 We differ from the paper, where an impulse stops the approach of the whole step, as if hair touched at its start: here
-hair approaches up to the thickness. And every attempt iterates over the crossings of all previous attempts several
-times, so that one solution does not undo another. The authors' code makes up to four attempts; a crossing that joints
-hand on from segment to segment takes more.
+hair approaches up to the thickness. And every attempt iterates over the crossings of all previous attempts, longer
+than the one before, so that one solution does not undo another. The authors' code makes up to four attempts; a crossing
+that joints hand on from segment to segment takes more.
 
 Broad phase: all pairs that may come within reach in the step are listed once. The list is complete as long as no end of
 a point moves by more than half the reach. The pairs of points that move farther are listed again, or those of all hair
@@ -611,7 +611,8 @@ def collide(
             break
         together = _in_time(met) if attempt == 0 else _in_time(together, met)
         passages = _passages(before, after, masses, together, thickness, widths, dt)
-        _solve(change, passages, masses, together.segments, together.fractions, collisions.friction)
+        rule = collisions.friction, _SWEEPS * (attempt + 1)
+        _solve(change, passages, masses, together.segments, together.fractions, rule)
         _end(after, previous, change, dt, ends, struck)
         candidates.renew(ends)
         met = crossings(before, ends, candidates.of(struck))
@@ -657,9 +658,9 @@ def _passages(before, after, masses, met, thickness, widths, dt):
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(change, passages, masses, segments, fractions, friction):
+def _solve(change, passages, masses, segments, fractions, rule):
     """Add the effect of impulses to the change of velocity, crossing by crossing, in place."""
-    for _ in range(_SWEEPS):
+    for _ in range(rule[1]):
         for i in range(len(segments)):  # The earliest first, on one thread: each sees those before it.
             mass = passages[i, 7]
             if mass == 0.0:
@@ -668,4 +669,4 @@ def _solve(change, passages, masses, segments, fractions, friction):
             u = plus((passages[i, 3], passages[i, 4], passages[i, 5]), between(change, segments, fractions, i))
             dv = passages[i, 6] - dot(n, u)
             if dv > 1e-12 * np.sqrt(dot(u, u)):  # Less is rounding of u, and would mark points as struck that are not.
-                apply(change, masses, segments, fractions, i, impulse(u, n, dv, friction, mass))
+                apply(change, masses, segments, fractions, i, impulse(u, n, dv, rule[0], mass))

@@ -203,7 +203,7 @@ class Collisions:
     stiffness: Annotated[NewtonsPerMetre, Interval(gt=0.0, le=1e4)] = 0.1
     solver: Literal["coupled", "sweep"] = "coupled"
     sweeps: Annotated[int, Interval(ge=1, le=100)] = 3
-    attempts: Annotated[int, Interval(ge=1, le=100)] = 20
+    attempts: Annotated[int, Interval(ge=1, le=1000)] = 50
 
 
 @dataclass(frozen=True)

@@ -495,27 +495,30 @@ def test_ten_thousand_thrown_pairs_do_not_cross():
     assert not crossed(before, after, i, i + 2).any()
 
 
-def throw_bent(count, seed=0, joints=6, dt=1 / 240):
-    """Couples of strands of 3 mm long segments, bent at random, thrown through each other at 5 m/s, 1 m apart."""
+def throw_bent(count, speed, seed=0, joints=6, dt=1 / 240):
+    """Couples of strands of 3 mm long segments, bent at random, thrown through each other [m/s], 1 m apart."""
     rng = np.random.default_rng(seed)
     turns = np.cumsum(rng.normal(size=(2 * count, joints, 3)) * np.where(np.arange(joints) > 0, 0.2, 1.0)[:, None], 1)
     ways = 3e-3 * turns / np.linalg.norm(turns, axis=2, keepdims=True)
     points = np.concatenate([np.zeros((2 * count, 1, 3)), np.cumsum(ways, 1)], 1)
     speeds = rng.normal(size=(2 * count, 1, 3)) + 0.1 * rng.normal(size=points.shape)
-    speeds *= 5.0 / np.linalg.norm(speeds, axis=2, keepdims=True)
+    speeds *= speed / np.linalg.norm(speeds, axis=2, keepdims=True)
     meeting = points[:, joints // 2, None] - np.repeat(np.arange(count), 2)[:, None, None] * [1.0, 0.0, 0.0]
     points = points - meeting - np.repeat(rng.uniform(0.1, 0.9, count), 2)[:, None, None] * dt * speeds
     return points.reshape(-1, 3), speeds.reshape(-1, 3)
 
 
-def test_bent_strands_do_not_pass_through_each_other():
+@pytest.mark.parametrize(("thickness", "speed"), [(1e-3, 5.0), (3e-4, 5.0), (3e-4, 20.0)])
+def test_bent_strands_do_not_pass_through_each_other(thickness, speed):
     """A joint hands a crossing on to its next segment, and this one to the next: that takes several attempts."""
     count, joints, dt = 400, 6, 1 / 240
-    before, velocities = throw_bent(count)
+    before, velocities = throw_bent(count, speed)
     offsets = np.arange(0, len(before) + 1, joints + 1).astype(np.int32)
     masses = np.full(len(before), 2e-8)
     outcomes = [
-        collide(before, before + dt * velocities, masses, offsets, dt, Collisions(Thickness(1e-3), attempts=attempts))
+        collide(
+            before, before + dt * velocities, masses, offsets, dt, Collisions(Thickness(thickness), attempts=attempts)
+        )
         for attempts in (4, Collisions().attempts)
     ]
     i, j = (k.ravel() for k in np.meshgrid(np.arange(joints), np.arange(joints)))
