@@ -560,6 +560,7 @@ def _among(pairs, marked, excluded):
 
 
 _SWEEPS = 8
+"""Iterations of the first attempt."""
 _LEAST = 0.01
 _LOOK = 0.5
 """Search distance of candidates, in thicknesses: to search again for the few that impulses move by more than half of
@@ -611,8 +612,7 @@ def collide(
             break
         together = _in_time(met) if attempt == 0 else _in_time(together, met)
         passages = _passages(before, after, masses, together, thickness, widths, dt)
-        rule = collisions.friction, _SWEEPS * (attempt + 1)
-        _solve(change, passages, masses, together.segments, together.fractions, rule)
+        _solve(change, passages, masses, together, collisions.friction, _SWEEPS * (attempt + 1))
         _end(after, previous, change, dt, ends, struck)
         candidates.renew(ends)
         met = crossings(before, ends, candidates.of(struck))
@@ -658,15 +658,15 @@ def _passages(before, after, masses, met, thickness, widths, dt):
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(change, passages, masses, segments, fractions, rule):
+def _solve(change, passages, masses, met, friction, sweeps):
     """Add the effect of impulses to the change of velocity, crossing by crossing, in place."""
-    for _ in range(rule[1]):
-        for i in range(len(segments)):  # The earliest first, on one thread: each sees those before it.
+    for _ in range(sweeps):
+        for i in range(len(passages)):  # The earliest first, on one thread: each sees those before it.
             mass = passages[i, 7]
             if mass == 0.0:
                 continue
             n = (passages[i, 0], passages[i, 1], passages[i, 2])
-            u = plus((passages[i, 3], passages[i, 4], passages[i, 5]), between(change, segments, fractions, i))
+            u = plus((passages[i, 3], passages[i, 4], passages[i, 5]), between(change, met.segments, met.fractions, i))
             dv = passages[i, 6] - dot(n, u)
             if dv > 1e-12 * np.sqrt(dot(u, u)):  # Less is rounding of u, and would mark points as struck that are not.
-                apply(change, masses, segments, fractions, i, impulse(u, n, dv, rule[0], mass))
+                apply(change, masses, met.segments, met.fractions, i, impulse(u, n, dv, friction, mass))

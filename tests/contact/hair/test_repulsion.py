@@ -153,6 +153,14 @@ def test_contacts_of_shares_exert_these_shares(heap):
     np.testing.assert_allclose(matrices(part), shares[:, None, None] * matrices(one), rtol=1e-6, atol=1e-12)
 
 
+def pushed(points):
+    """Force [N] on a strand of seven points by one of two points [m], (9, 3), which are at rest."""
+    pairs = near_pairs(points, np.array([0, 7, 9], np.int32), 2.0 * LAW.thickness.value)
+    pairs, shares = approaches(pairs, np.ones(len(pairs.distances), bool), points)
+    contacts = find_contacts(pairs, points, 0.0 * points, LAW, None, USUAL, shares)
+    return -exerted(contacts, points, 0.0 * points).push.sum(axis=0) / H
+
+
 @pytest.mark.parametrize("angle", [60.0, 75.0, 90.0])
 def test_hair_that_slides_over_a_joint_is_pushed_with_the_same_force_across_both(angle):
     """Both segments at the joint push it: along the normal of the two hairs, not away from the joint."""
@@ -161,10 +169,7 @@ def test_hair_that_slides_over_a_joint_is_pushed_with_the_same_force_across_both
     for shift in np.linspace(-1e-4, 1e-4, 41):
         above = np.array([[-0.005], [0.005]]) * way + [shift, LAW.thickness.value - depth, 0.0]
         points = np.concatenate([below, above])
-        pairs = near_pairs(points, np.array([0, 7, 9], np.int32), 2.0 * LAW.thickness.value)
-        pairs, shares = approaches(pairs, np.ones(len(pairs.distances), bool), points)
-        contacts = find_contacts(pairs, points, 0.0 * points, LAW, None, USUAL, shares)
-        force = -exerted(contacts, points, 0.0 * points).push.sum(axis=0) / H
+        force = pushed(points)
         np.testing.assert_allclose(force, [0.0, LAW.stiffness * depth, 0.0], atol=1e-9 * LAW.stiffness * depth)
 
 
@@ -173,10 +178,7 @@ def test_a_tip_that_meets_a_joint_end_on_is_pushed_back_where_it_came_from(shift
     """Not out of the plane of the two hairs, which their common normal would."""
     below, apart = np.linspace(-0.03, 0.03, 7)[:, None] * [1.0, 0.0, 0.0], LAW.thickness.value - 3e-5
     points = np.concatenate([below, [[shift, apart + 0.01, 0.0], [shift, apart, 0.0]]])
-    pairs = near_pairs(points, np.array([0, 7, 9], np.int32), 2.0 * LAW.thickness.value)
-    pairs, shares = approaches(pairs, np.ones(len(pairs.distances), bool), points)
-    contacts = find_contacts(pairs, points, 0.0 * points, LAW, None, USUAL, shares)
-    force = -exerted(contacts, points, 0.0 * points).push.sum(axis=0) / H
+    force = pushed(points)
     np.testing.assert_allclose(force, [0.0, 3e-5 * LAW.stiffness, 0.0], atol=0.1 * 3e-5 * LAW.stiffness)
 
 
@@ -187,11 +189,7 @@ def test_a_tip_that_turns_over_a_joint_is_pushed_without_a_jump():
     forces = []
     for angle in np.radians(np.linspace(0.0, 90.0, 901)):
         points = np.concatenate([below, [tip + 0.01 * np.array([0.0, np.cos(angle), np.sin(angle)]), tip]])
-        pairs = near_pairs(points, np.array([0, 7, 9], np.int32), 2.0 * LAW.thickness.value)
-        pairs, shares = approaches(pairs, np.ones(len(pairs.distances), bool), points)
-        contacts = find_contacts(pairs, points, 0.0 * points, LAW, None, USUAL, shares)
-        forces.append(-exerted(contacts, points, 0.0 * points).push.sum(axis=0) / H)
-    assert (shares < 1.0).all()
+        forces.append(pushed(points))
     assert np.linalg.norm(np.diff(forces, axis=0), axis=1).max() < 0.03 * LAW.stiffness * depth
 
 
