@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from hairpipe.geometry.rotations import about_axis, multiply, slerp, to_matrix
 from hairpipe.values.body import Clip
 
 AXES = {"X": 0, "Y": 1, "Z": 2}
@@ -26,10 +26,12 @@ def place_joints(clip: Clip, frames: np.ndarray) -> Placement:
     """
     before = np.clip(frames.astype(np.int64), 0, max(len(clip.values) - 2, 0))
     after = np.minimum(before + 1, len(clip.values) - 1)
-    share = (frames - before)[:, None]
-    turns = slerp(local_turns(clip, before), local_turns(clip, after), share)
+    share = (frames - before)[:, None, None]
+    turns = local_turns(clip, before)
+    ways = (turns.inv() * local_turns(clip, after)).as_rotvec()  # of half a turn at the most
+    turns = turns * Rotation.from_rotvec(np.repeat(share[:, 0], len(clip.names), axis=0) * ways)
     start, end = local_positions(clip, before), local_positions(clip, after)
-    return chain(clip.parents, to_matrix(turns), start + share[..., None] * (end - start))
+    return chain(clip.parents, turns.as_matrix().reshape(*start.shape, 3), start + share * (end - start))
 
 
 def place_at_zero(clip: Clip) -> Placement:
@@ -49,26 +51,21 @@ def chain(parents: np.ndarray, rotations: np.ndarray, positions: np.ndarray) -> 
     return Placement(rotations, positions, local)
 
 
-def local_turns(clip: Clip, frames: np.ndarray) -> np.ndarray:
-    """Return the rotation of every joint in its parent at whole frames (k,), (k, J, 4). Pure.
+def local_turns(clip: Clip, frames: np.ndarray) -> Rotation:
+    """Return the rotation of every joint in its parent at whole frames (k,), those of a frame together, k J. Pure.
 
     The first rotation channel of a joint is the outermost: R = R_first R_second R_third.
     """
-    turns = np.zeros((len(frames), len(clip.names), 4))
-    turns[..., 0] = 1.0
-    table = []  # joint, column, axis and place in the order of its joint of every rotation channel
-    column = 0
+    turns = np.zeros((max(map(len, clip.channels)), len(frames), len(clip.names), 3))  # as rotation vectors
+    channels = iter(np.radians(clip.values[frames]).T)
     for joint, names in enumerate(clip.channels):
-        rotations = [(i, name) for i, name in enumerate(names) if name.endswith("rotation")]
-        table += [(joint, column + i, AXES[name[0]], order) for order, (i, name) in enumerate(rotations)]
-        column += len(names)
-    joints, columns, axes, order = np.array(table, np.int64).reshape(-1, 4).T
-    angles = np.radians(clip.values[frames])
-    for turn in range(order.max(initial=-1) + 1):
-        now = order == turn
-        step = about_axis(np.eye(3)[axes[now]], angles[:, columns[now]])
-        turns[:, joints[now]] = multiply(turns[:, joints[now]], step)
-    return turns
+        for order, (name, angles) in enumerate(zip(names, channels, strict=False)):
+            if name.endswith("rotation"):
+                turns[order, :, joint, AXES[name[0]]] = angles
+    product = Rotation.identity(len(frames) * len(clip.names))
+    for turn in turns:
+        product = product * Rotation.from_rotvec(turn.reshape(-1, 3))
+    return product
 
 
 def local_positions(clip: Clip, frames: np.ndarray) -> np.ndarray:

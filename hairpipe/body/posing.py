@@ -200,11 +200,11 @@ def leading_frames(clip: Clip) -> int:
     That is where some joint turns by more than JUMP from the first frame to the second, and more than three times as
     much as any does from one to the next of the LOOKAHEAD frames after them.
     """
-    head = local_turns(clip, np.arange(min(LOOKAHEAD, len(clip.values))))
-    if len(head) < 3:
+    count = min(LOOKAHEAD, len(clip.values)) - 1
+    if count < 2:
         return 0
-    cosines = np.abs(np.einsum("fji,fji->fj", head[1:], head[:-1]))
-    steps = 2.0 * np.arccos(np.minimum(cosines, 1.0)).max(axis=1)
+    turns = local_turns(clip, np.arange(count)).inv() * local_turns(clip, np.arange(count) + 1)
+    steps = turns.magnitude().reshape(count, -1).max(axis=1)
     if steps[0] < JUMP or steps[0] < 3.0 * steps[1:].max():
         return 0
     message = f"the clip's first frame is {np.degrees(steps[0]):.0f} degrees away from the second: a T pose is assumed"
