@@ -97,17 +97,8 @@ def inverse_jacobian(r: np.ndarray) -> np.ndarray:
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the product a b, which turns by b first, broadcast (..., 4). Pure."""
-    aw, ax, ay, az = np.moveaxis(a, -1, 0)
-    bw, bx, by, bz = np.moveaxis(b, -1, 0)
-    return np.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=-1,
-    )
+    v, w, p, q = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
+    return np.concatenate([v * p - np.sum(w * q, axis=-1, keepdims=True), v * q + p * w + np.cross(w, q)], axis=-1)
 
 
 def shortest_turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:

@@ -174,6 +174,19 @@ def by_precision(typingctx, like, double, single):
     return signature(types.float64, like, types.float64, types.float64), lambda c, builder, s, args: args[place]
 
 
+@intrinsic
+def lane(typingctx, number):
+    """A number as the only lane of a value."""
+    lanes = LanesType(types.float64, 1)
+    return signature(lanes, types.float64), lambda c, builder, s, args: builder.bitcast(args[0], lanes.vector)
+
+
+@intrinsic
+def number(typingctx, lane):
+    """The only lane of a value as a number."""
+    return signature(types.float64, lane), lambda c, builder, s, args: builder.bitcast(args[0], ir.DoubleType())
+
+
 def _extreme(comparison: str) -> Callable:
     def emit(context, builder, sig, args):
         return builder.select(builder.fcmp_ordered(comparison, *args), *args)

@@ -9,7 +9,8 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.vec3 import Vector, dot, minus, row, scaled
+from hairpipe.geometry.simd import any_lane, bits, either, lane, maximum, minimum, number, select
+from hairpipe.geometry.vec3 import Vector, cross, dot, minus, row, scaled
 from hairpipe.values import Mesh
 from hairpipe.values.triangles import Sites, in_lowest_triangle
 
@@ -21,7 +22,7 @@ THINNEST = 1e-6
 class Tree(NamedTuple):
     """A complete binary tree: the children of box i are 2 i and 2 i + 1, the root is 1; the last half are the leaves.
 
-    boxes      low and high corner of every box [m], (2 L, 2, 3) float64; an empty one is inside out
+    boxes      low and high corner of every box [m], (2 L, 2, 3) float64
     starts     leaf l holds the triangles from starts[l] to starts[l + 1], (L + 1,) int64
     corners    of the triangles, neighbours next to each other [m], (k, 3, 3) float64
     triangles  which of the surface's triangles each of them is, (k,) int32
@@ -45,7 +46,15 @@ def tree_over(corners: np.ndarray) -> Tree:
     starts = len(triangles) * np.arange(leaves + 1) // leaves
     triangles = triangles[halved(corners[triangles].mean(axis=1), starts)].astype(np.int32)
     corners = corners[triangles]
-    return Tree(boxes_over(corners, starts), starts, corners, triangles)
+    boxes = np.zeros((2 * leaves, 2, 3))
+    for side, extreme in enumerate((np.minimum, np.maximum)):
+        boxes[leaves:, side] = extreme.reduceat(corners.reshape(-1, 3), 3 * starts[:-1])
+        first = leaves  # box of a level
+        while first > 1:
+            children = boxes[first : 2 * first, side].reshape(-1, 2, 3)
+            first //= 2
+            boxes[first : 2 * first, side] = extreme.reduce(children, axis=1)
+    return Tree(boxes, starts, corners, triangles)
 
 
 def wide_triangles(corners: np.ndarray) -> np.ndarray:
@@ -76,69 +85,86 @@ def halved(middles: np.ndarray, starts: np.ndarray) -> np.ndarray:
     return order
 
 
-@njit(cache=True)
-def boxes_over(corners: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Return the boxes over triangles in the order of the leaves, (2 L, 2, 3) float64; pure."""
-    leaves = len(starts) - 1
-    boxes = np.empty((2 * leaves, 2, 3))
-    boxes[:, 0], boxes[:, 1] = np.inf, -np.inf
-    for l in range(leaves):
-        for x in range(3):
-            for corner in corners[starts[l] : starts[l + 1], :, x].flat:
-                boxes[leaves + l, 0, x] = min(boxes[leaves + l, 0, x], corner)
-                boxes[leaves + l, 1, x] = max(boxes[leaves + l, 1, x], corner)
-    for i in range(leaves - 1, 0, -1):  # Children have higher numbers than their box.
-        for x in range(3):
-            boxes[i, 0, x] = min(boxes[2 * i, 0, x], boxes[2 * i + 1, 0, x])
-            boxes[i, 1, x] = max(boxes[2 * i, 1, x], boxes[2 * i + 1, 1, x])
-    return boxes
-
-
 @inlined
 def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int, Vector]:
     """Return the squared distance [m^2] of p to a surface, the closest triangle's place in the tree, and barycentrics.
 
     reach  squared distance to search [m^2]; where the surface is farther, the answer is that for the guess
     guess  place of a triangle that may be near; the better the guess, the less is searched
-
-    Exact within reach: every box that could contain a nearer point is opened. The last bit of `waiting` states whether
-    the sibling of this box is still to be searched, those before it the same of the boxes around this one.
     """
-    boxes = tree.boxes
-    leaves = len(tree.starts) - 1
-    place = guess
-    squared, weights = closest_on_triangle(tree.corners, guess, p)
-    best = min(squared, reach)  # The guess bounds the search from the start: boxes that are farther are never opened.
-    box, waiting, gap = 1, 0, 0.0
-    while True:
-        if gap < best:
-            if box < leaves:
-                box, waiting = 2 * box, 2 * waiting
-                gap = to_box(boxes, box, p)
-                other = to_box(boxes, box + 1, p)
-                if other < gap:  # The nearer child first: its result excludes the other one more often.
-                    box, gap, other = box + 1, other, gap
-                waiting |= other < best  # One bit a level in place of a stack: numbers of boxes give the path.
-                continue
-            for t in range(tree.starts[box - leaves], tree.starts[box - leaves + 1]):
-                here, at = closest_on_triangle(tree.corners, t, p)
-                if here < best:
-                    place, squared, best, weights = t, here, here, at
-        if waiting == 0:
-            return squared, place, weights
-        while waiting & 1 == 0:  # Up to the last level on which a box next to the path is still to be searched.
-            box, waiting = box >> 1, waiting >> 1
-        box, waiting = box ^ 1, waiting ^ 1
-        gap = to_box(boxes, box, p)
+    place = int(number(find_closest(tree, (lane(p[0]), lane(p[1]), lane(p[2])), reach, guess)))
+    squared, weights = closest_on_triangle(tree.corners, place, p)
+    return squared, place, weights
 
 
 @inlined
-def to_box(boxes: np.ndarray, i: int, p: Vector) -> float:
-    """Return the squared distance [m^2] of p to box i, 0 inside it."""
-    dx = max(boxes[i, 0, 0] - p[0], 0.0, p[0] - boxes[i, 1, 0])
-    dy = max(boxes[i, 0, 1] - p[1], 0.0, p[1] - boxes[i, 1, 1])
-    dz = max(boxes[i, 0, 2] - p[2], 0.0, p[2] - boxes[i, 1, 2])
+def find_closest(tree, p, reach, guess):
+    """Return the places of the triangles closest to points that are near each other, as lanes: see `closest`.
+
+    Exact within reach, but for rounding: every box that could contain a nearer point is opened. The last bit of
+    `waiting` states whether the sibling of this box is still to be searched, those before it the same of the boxes
+    around this one.
+    """
+    boxes = tree.boxes
+    leaves = len(tree.starts) - 1
+    # The guess bounds the search from the start: boxes that are farther are never opened.
+    best = minimum(squares_to_triangle(tree.corners, guess, p), reach)
+    places = 0.0 * p[0] + float(guess)
+    box, waiting, gap = 1, 0, squares_to_box(boxes, 1, p)
+    while True:
+        if any_lane(gap < best):
+            if box < leaves:
+                box, waiting = 2 * box, 2 * waiting
+                gap, other = squares_to_box(boxes, box, p), squares_to_box(boxes, box + 1, p)
+                if bits(other < gap) & 1:  # The child nearer to the first point first: it often excludes the other.
+                    box, gap, other = box + 1, other, gap
+                if any_lane(other < best):
+                    waiting |= 1  # One bit a level in place of a stack: numbers of boxes give the path.
+                continue
+            for t in range(tree.starts[box - leaves], tree.starts[box - leaves + 1]):
+                here = squares_to_triangle(tree.corners, t, p)
+                places = select(here < best, float(t), places)
+                best = minimum(here, best)
+        if waiting == 0:
+            return places
+        while waiting & 1 == 0:  # Up to the last level on which a box next to the path is still to be searched.
+            box, waiting = box >> 1, waiting >> 1
+        box, waiting = box ^ 1, waiting ^ 1
+        gap = squares_to_box(boxes, box, p)
+
+
+@inlined
+def squares_to_box(boxes, i, p):
+    """Return the squared distances [m^2] of points to box i, 0 inside it, as lanes."""
+    dx = maximum(maximum(boxes[i, 0, 0] - p[0], p[0] - boxes[i, 1, 0]), 0.0)
+    dy = maximum(maximum(boxes[i, 0, 1] - p[1], p[1] - boxes[i, 1, 1]), 0.0)
+    dz = maximum(maximum(boxes[i, 0, 2] - p[2], p[2] - boxes[i, 1, 2]), 0.0)
     return dx * dx + dy * dy + dz * dz
+
+
+@inlined
+def squares_to_triangle(corners, t, p):
+    """Return the squared distances [m^2] of points to triangle t, as lanes, without branches.
+
+    The least of those to its sides, or that to its plane for points between the planes that stand on the sides.
+    """
+    a, b, c = row(corners[t], 0), row(corners[t], 1), row(corners[t], 2)
+    n = cross(minus(b, a), minus(c, a))
+    x, beyond_x = _from_side(a, b, n, p)
+    y, beyond_y = _from_side(b, c, n, p)
+    z, beyond_z = _from_side(c, a, n, p)
+    height = dot(n, minus(p, a))
+    beyond = either(either(beyond_x, beyond_y), beyond_z)
+    return select(beyond, minimum(minimum(x, y), z), height * height * (1.0 / dot(n, n)))
+
+
+@inlined
+def _from_side(a, b, n, p):
+    """Return squared distances of points to a side, and which are beyond the plane that stands on it, along n."""
+    side, x = minus(b, a), minus(p, a)
+    along = minimum(maximum(dot(side, x) * (1.0 / dot(side, side)), 0.0), 1.0)
+    off = minus(x, scaled(along, side))
+    return dot(off, off), dot(cross(side, n), x) > 0.0
 
 
 @inlined

@@ -17,7 +17,10 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangle_tree import Tree, closest, tree_over
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.simd import WIDTH, load, store
+from hairpipe.geometry.triangle_tree import Tree, closest, closest_on_triangle, find_closest, tree_over
+from hairpipe.geometry.vec3 import Vector
 from hairpipe.levelset.closed_surface import Surface, checked, closed_surface
 from hairpipe.levelset.grid_layout import Lattice, lattice_around, refuse_if_huge
 from hairpipe.levelset.outer_shell import OUTSIDE, marked_samples, outer_surface
@@ -80,16 +83,13 @@ def near_bricks(tree: Tree, lattice: Lattice, width: float) -> np.ndarray:
 @njit(cache=True)
 def measure_middles(tree: Tree, first: np.ndarray, voxel: float, reach: float, distances: np.ndarray) -> None:
     """Write the distance from the middle of every brick to the surface [m], exact within reach [m]."""
-    na, nb, nc = distances.shape
     near = 0
-    for a in range(na):
-        for b in range(nb):
-            for c in range(nc):
-                x = (first[0] + BRICK * a + BRICK / 2) * voxel
-                y = (first[1] + BRICK * b + BRICK / 2) * voxel
-                z = (first[2] + BRICK * c + BRICK / 2) * voxel
-                squared, near, _ = closest(tree, (x, y, z), reach * reach, near)  # The nearest so far is a good guess.
-                distances[a, b, c] = np.sqrt(squared)
+    for a, b, c in np.ndindex(distances.shape):
+        x = (first[0] + BRICK * a + BRICK / 2) * voxel
+        y = (first[1] + BRICK * b + BRICK / 2) * voxel
+        z = (first[2] + BRICK * c + BRICK / 2) * voxel
+        squared, near, _ = closest(tree, (x, y, z), reach * reach, near)  # The nearest so far is a good guess.
+        distances[a, b, c] = np.sqrt(squared)
 
 
 @njit(cache=True, parallel=True)
@@ -105,20 +105,32 @@ def fill_bricks(
     """Fill, in place, the first 8 x 8 x 8 samples of bricks: clamped distance, and velocity of the closest point."""
     first, voxel, width = band.first, band.voxel, band.width
     for n in prange(len(places)):
-        near = 0  # Of equally near triangles the guess may decide: it must not depend on what a thread did before.
-        for i in range(BRICK):
-            for j in range(BRICK):
-                for k in range(BRICK):
-                    a, b, c = BRICK * places[n, 0] + i, BRICK * places[n, 1] + j, BRICK * places[n, 2] + k
-                    x, y, z = (first[0] + a) * voxel, (first[1] + b) * voxel, (first[2] + c) * voxel
-                    squared, near, w = closest(tree, (x, y, z), np.inf, near)
-                    t = tree.triangles[near]
-                    far = np.sqrt(squared)
-                    # Outside the band's border is the largest distance; inside it goes on, as hair may be deep.
-                    distance[n, i, j, k] = min(far, width) if marks[a, b, c] & OUTSIDE else -far
-                    for axis in range(3):
-                        v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
-                        velocity[n, i, j, k, axis] = w[0] * v0 + w[1] * v1 + w[2] * v2
+        a, b, c = BRICK * places[n, 0], BRICK * places[n, 1], BRICK * places[n, 2]
+        points, found = np.empty((3, WIDTH)), np.zeros((1, WIDTH))
+        for i, j, k in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):  # cubes of samples
+            for lane in range(WIDTH):
+                points[0, lane] = (first[0] + a + 2 * i + (lane >> 2)) * voxel
+                points[1, lane] = (first[1] + b + 2 * j + (lane >> 1 & 1)) * voxel
+                points[2, lane] = (first[2] + c + 2 * k + (lane & 1)) * voxel
+            # Of equally near triangles the guess may decide: it must not depend on what a thread did before.
+            p = load(points, (0,)), load(points, (1,)), load(points, (2,))
+            store(found, (0,), find_closest(tree, p, np.inf, int(found[0, 0])))
+            for lane in range(WIDTH):
+                u, v, w = 2 * i + (lane >> 2), 2 * j + (lane >> 1 & 1), 2 * k + (lane & 1)
+                near = int(found[0, lane])
+                x = points[0, lane], points[1, lane], points[2, lane]
+                squared, weights = closest_on_triangle(tree.corners, near, x)
+                far = np.sqrt(squared)
+                # Outside the band's border is the largest distance; inside it goes on, as hair may be deep.
+                distance[n, u, v, w] = min(far, width) if marks[a + u, b + v, c + w] & OUTSIDE else -far
+                write_velocity(velocities[tree.triangles[near]], weights, velocity[n, u, v, w])
+
+
+@inlined
+def write_velocity(corners: np.ndarray, weights: Vector, out: np.ndarray) -> None:
+    """Write the velocity at a point of a triangle, from those of its corners, to out, (3,)."""
+    for axis in range(3):
+        out[axis] = weights[0] * corners[0, axis] + weights[1] * corners[1, axis] + weights[2] * corners[2, axis]
 
 
 @njit(cache=True)
@@ -133,21 +145,19 @@ def share_samples(
     last = BRICK - 1
     for n in range(len(places)):
         a, b, c = places[n]
-        for i in range(SIDE):
-            for j in range(SIDE):
-                for k in range(SIDE):
-                    if max(i, j, k) == BRICK:  # Copied, so that two bricks agree to the bit on their common face.
-                        m, u, v, w = holder(index, BRICK * a + i, BRICK * b + j, BRICK * c + k)
-                        near = distance[m, min(u, last), min(v, last), min(w, last)]
-                        if max(u, v, w) < BRICK:
-                            distance[n, i, j, k] = near
-                        elif near > 0.0:
-                            distance[n, i, j, k] = width
-                        else:
-                            nearer = distance[m, min(u, 2 * last - u), min(v, 2 * last - v), min(w, 2 * last - w)]
-                            distance[n, i, j, k] = 2.0 * near - nearer
-                        for axis in range(3):
-                            velocity[n, i, j, k, axis] = velocity[m, min(u, last), min(v, last), min(w, last), axis]
+        for i, j, k in np.ndindex(SIDE, SIDE, SIDE):
+            if max(i, j, k) == BRICK:  # Copied, so that two bricks agree to the bit on their common face.
+                m, u, v, w = holder(index, BRICK * a + i, BRICK * b + j, BRICK * c + k)
+                near = distance[m, min(u, last), min(v, last), min(w, last)]
+                if max(u, v, w) < BRICK:
+                    distance[n, i, j, k] = near
+                elif near > 0.0:
+                    distance[n, i, j, k] = width
+                else:
+                    nearer = distance[m, min(u, 2 * last - u), min(v, 2 * last - v), min(w, 2 * last - w)]
+                    distance[n, i, j, k] = 2.0 * near - nearer
+                for axis in range(3):
+                    velocity[n, i, j, k, axis] = velocity[m, min(u, last), min(v, last), min(w, last), axis]
 
 
 @njit(cache=True)
@@ -222,27 +232,22 @@ def lay(
     voxel = 1.0 / solid.per_metre
     for n in prange(len(places)):
         near = 0
-        for i in range(SIDE):
-            for j in range(SIDE):
-                for k in range(SIDE):
-                    x = (first[0] + BRICK * places[n, 0] + i) * voxel
-                    y = (first[1] + BRICK * places[n, 1] + j) * voxel
-                    z = (first[2] + BRICK * places[n, 2] + k) * voxel
-                    before = distance[n, i, j, k]
-                    squared, near, w = closest(tree, (x, y, z), (half + solid.background) ** 2, near)
-                    far = np.sqrt(squared)
-                    found = far - half
-                    c = tree.corners[near]
-                    foot = w[0] * c[0] + w[1] * c[1] + w[2] * c[2]
-                    # Between the solid and a sheet whose near side is in the solid: out is across the sheet.
-                    if before + far < half and before < distance_to(solid, foot[0], foot[1], foot[2]):
-                        found = -far - half
-                    if found < before:
-                        distance[n, i, j, k] = found
-                        t = tree.triangles[near]
-                        for axis in range(3):
-                            v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
-                            velocity[n, i, j, k, axis] = w[0] * v0 + w[1] * v1 + w[2] * v2
+        for i, j, k in np.ndindex(SIDE, SIDE, SIDE):
+            x = (first[0] + BRICK * places[n, 0] + i) * voxel
+            y = (first[1] + BRICK * places[n, 1] + j) * voxel
+            z = (first[2] + BRICK * places[n, 2] + k) * voxel
+            before = distance[n, i, j, k]
+            squared, near, w = closest(tree, (x, y, z), (half + solid.background) ** 2, near)
+            far = np.sqrt(squared)
+            found = far - half
+            c = tree.corners[near]
+            foot = w[0] * c[0] + w[1] * c[1] + w[2] * c[2]
+            # Between the solid and a sheet whose near side is in the solid: out is across the sheet.
+            if before + far < half and before < distance_to(solid, foot[0], foot[1], foot[2]):
+                found = -far - half
+            if found < before:
+                distance[n, i, j, k] = found
+                write_velocity(velocities[tree.triangles[near]], w, velocity[n, i, j, k])
 
 
 @njit(cache=True, parallel=True)
@@ -261,9 +266,7 @@ def move_outside(
                 a, b, c = BRICK * places[n, 0] + i, BRICK * places[n, 1] + j, BRICK * places[n, 2] + k
                 x, y, z = (first[0] + a) * voxel, (first[1] + b) * voxel, (first[2] + c) * voxel
                 _, near, w = closest(tree, (x, y, z), np.inf, near)
-                v = velocities[tree.triangles[near]]
-                for axis in range(3):
-                    velocity[n, i, j, k, axis] = w[0] * v[0, axis] + w[1] * v[1, axis] + w[2] * v[2, axis]
+                write_velocity(velocities[tree.triangles[near]], w, velocity[n, i, j, k])
 
 
 def inner_corners(tree: Tree, velocities: np.ndarray, lattice: Lattice, places: np.ndarray) -> np.ndarray:
@@ -288,11 +291,8 @@ def _fill(
         a, b, c = which[n]
         x, y, z = (first[0] + BRICK * a) * voxel, (first[1] + BRICK * b) * voxel, (first[2] + BRICK * c) * voxel
         squared, near, w = closest(tree, (x, y, z), np.inf, 0)
-        t = tree.triangles[near]
         corners[a, b, c, 0] = -np.sqrt(squared)  # Inside, so the sign is known without `marks`.
-        for axis in range(3):
-            v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
-            corners[a, b, c, 1 + axis] = w[0] * v0 + w[1] * v1 + w[2] * v2
+        write_velocity(velocities[tree.triangles[near]], w, corners[a, b, c, 1:])
 
 
 # Of the area, without a word: the tips of ears and noses fall between samples at any spacing.
@@ -388,6 +388,6 @@ def bake_by_openvdb(mesh: Mesh, voxel: float, half_width: float, open_edges: str
         first, other, last = (slice(BRICK * i, BRICK * i + SIDE) for i in (a, b, c))
         distance[ours.bricks[a, b, c]] = theirs[first, other, last]
     width = np.float32(voxel * half_width)
-    deep = np.minimum(ours.distance, -width)
-    found = np.where(distance >= width, width, np.where(distance <= -width, deep, distance))
+    inside = np.where(distance <= -width, np.minimum(ours.distance, -width), distance)
+    found = np.where(distance >= width, width, inside)
     return LevelSet(ours.bricks, found, ours.velocity, ours.inner, ours.origin, voxel, half_width)

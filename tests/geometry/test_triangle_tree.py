@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba import njit
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.simd import WIDTH, load, store
 from hairpipe.geometry.triangle_tree import (
     LEAF,
     THINNEST,
     closest,
     closest_on_triangle,
+    find_closest,
     halved,
     project,
     tree_over,
@@ -154,6 +157,28 @@ def test_a_soup_against_every_triangle(count):
         squared, place, weights = closest(tree, point, np.inf, int(rng.integers(count)))
         assert squared == min(closest_on_triangle(tree.corners, other, point)[0] for other in range(count))
         assert closest_on_triangle(tree.corners, place, point) == (squared, weights)
+
+
+@njit
+def places_of_eight(tree, points, reach, guess, places):
+    p = load(points, (0,)), load(points, (1,)), load(points, (2,))
+    store(places, (0,), find_closest(tree, p, reach, guess))
+
+
+@pytest.mark.parametrize("size", [0.01, 1.0])
+@pytest.mark.parametrize("count", [1, 5, 37, 500])
+def test_eight_points_at_once_against_every_triangle(count, size):
+    """Points that are near each other, and such that are not; thin triangles too."""
+    rng = np.random.default_rng(count)
+    thin = 10 ** rng.uniform(-4, 0, (count, 1, 1)) * np.array([0.2, 0.2, 1e-3])
+    tree = tree_over(rng.normal(size=(count, 1, 3)) + thin * rng.normal(size=(count, 3, 3)))
+    for _ in range(50):
+        points = rng.normal(size=(3, 1)) + size * rng.normal(size=(3, WIDTH))
+        places = np.empty((1, WIDTH))
+        places_of_eight(tree, points, np.inf, int(rng.integers(len(tree.triangles))), places)
+        for place, point in zip(places[0].astype(int).tolist(), points.T, strict=True):
+            found = [closest_on_triangle(tree.corners, other, tuple(point))[0] for other in range(len(tree.triangles))]
+            assert found[place] == pytest.approx(min(found), rel=1e-9)
 
 
 def test_beyond_reach_the_guess_answers(sphere):
