@@ -17,6 +17,8 @@ BUSY = (0, 1, 2, 4)
 BEFORE, FRAMES = 2, 5
 """Frames before the first that is measured, which load kernels, and measured ones."""
 _FRAMES = "from hairpipe.graphs.experiments.bench import busy; busy.print_frames({hairs}, {before}, {frames})"
+_COMPUTE = "import os\nparent = os.getppid()\nwhile os.getppid() == parent: pass"
+"""Compute for as long as the process that began this lives, also where that is killed."""
 
 
 def measure_busy(
@@ -70,7 +72,7 @@ def print_frames(hairs: int, before: int, frames: int) -> None:
 @contextmanager
 def computing(processes: int) -> Iterator[list[subprocess.Popen]]:
     """Let processes compute without end, each on one core, until the context ends."""
-    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(processes)]
+    others = [subprocess.Popen([sys.executable, "-c", _COMPUTE]) for _ in range(processes)]
     try:
         yield others
     finally:
