@@ -9,8 +9,9 @@ def left_out(tuned: Tuned) -> str:
     """Say what the choice leaves out, or why nothing was chosen."""
     parts = tuned.choice.parts
     reference = tuned.reference
-    if tuned.check is not None and not tuned.kept:
-        return f"nothing is promised: in the check {tuned.check.chosen.refused or 'the error is larger'}"
+    for check in tuned.checks:
+        if not check.chosen.kept(tuned.tolerance.value):
+            return f"nothing is promised: in a check {check.chosen.refused or 'the error is larger'}"
     if parts is not None:
         return "; ".join(names_of(parts)) or "nothing"
     if isinstance(reference, Chaos) and reference.floor > tuned.tolerance.value:

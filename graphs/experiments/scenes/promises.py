@@ -77,9 +77,9 @@ def try_promise(shot: Shot, number: int, scene: DrawnScene, run: RunNodes, echo:
     except Untunable:
         return Promise(number, scene, None)
     parts = tuned.choice.parts
-    if parts is None or tuned.check is None or not tuned.kept:
+    if parts is None or not tuned.kept:
         return Promise(number, scene, tuned)
-    known = [tuned.sample, tuned.check.sample]
+    known = [tuned.sample, *(check.sample for check in tuned.checks)]
     seen = look_at(request)
     third = other_sample(known, request.shot.frames, request.shot.fps, seen.motion, tuned.strands)
     elsewhere = Checking(request, third, seen, echo).check(parts)
@@ -142,7 +142,7 @@ def document(promises: Sequence[Promise]) -> list[dict[str, Any]]:
             "verdicts": promise.verdicts,
             "left_out": promise.tuned and cells.left_out(promise.tuned),
             "promised": promise.tuned and plain(promise.tuned.choice.measured),
-            "check": promise.tuned and promise.tuned.check and plain(promise.tuned.check.chosen),
+            "checks": promise.tuned and [plain(check.chosen) for check in promise.tuned.checks],
             "elsewhere": promise.elsewhere and plain(promise.elsewhere.chosen),
             "other_motion": promise.other and plain(promise.other.chosen),
             "holds_for": promise.tuned and asdict(promise.tuned.motion),

@@ -9,7 +9,7 @@ from hairpipe.app.api.formatting import duration, table
 from hairpipe.app.tune.measured import MODEL, REFERENCE, Chaos, Measured, Tolerance, differences
 from hairpipe.app.tune.sampling import RootMotion
 from hairpipe.app.tune.study import AS_IT_IS
-from hairpipe.app.tune.tuning import Choice, Combination, Trial, Tuned, described, names, saves
+from hairpipe.app.tune.tuning import Check, Choice, Combination, Trial, Tuned, described, names, saves
 from hairpipe.engine.file.overrides import Tables
 from hairpipe.engine.node.messages import one_line
 from hairpipe.measure.climate import TESTED
@@ -155,7 +155,7 @@ def conclusion(tuned: Tuned) -> list[str]:
         lines.append(f"stopped after {duration(tuned.stopped)} of processor time: the best so far; --time allows more")
     if tuned.affordable is not None:
         lines.append(affordable_line(f"{tuned.budget:g} s a frame", tolerance, tuned.affordable))
-    return lines + check_lines(tuned)
+    return lines + [line for check in tuned.checks for line in check_lines(tuned, check)]
 
 
 def promise_lines(tuned: Tuned) -> list[str]:
@@ -198,14 +198,13 @@ def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
     return f"{line}; {found.measured.refused}" if found.measured.refused else line
 
 
-def check_lines(tuned: Tuned) -> list[str]:
-    check, tolerance = tuned.check, tuned.tolerance
-    if check is None:
-        return []
+def check_lines(tuned: Tuned, check: Check) -> list[str]:
+    tolerance = tuned.tolerance
     frames = len(set(tuned.sample.frames) & set(check.sample.frames))
     both = ["all strands"] * (tuned.sample.number == check.sample.number) + [f"{frames} of the frames"] * (frames > 0)
     shared = f"; as in the sample: {' and '.join(both)}" if both else ""
-    held = "the tolerance holds" if tuned.kept else check.chosen.refused or f"beyond {tolerance}"
+    failed = check.chosen.refused or f"beyond {tolerance}"
+    held = "the tolerance holds" if check.chosen.kept(tolerance.value) else failed
     chosen, own = shown(check.chosen, tolerance), shown(check.full, tolerance)
     return [
         f"check: {described(check.sample, tuned.strands)}{shared}",
@@ -225,7 +224,6 @@ def document(
     tuned: Tuned, fragment: str | None, motions: Mapping[str, RootMotion] = MappingProxyType({})
 ) -> dict[str, Any]:
     """Describe the results of tuning as a JSON document, with the motions of other graphs by their names."""
-    check = tuned.check
     return {
         "strands": tuned.strands,
         "sample": asdict(tuned.sample),
@@ -248,9 +246,11 @@ def document(
         "stopped": tuned.stopped,
         "budget": tuned.budget,
         "affordable": tuned.affordable and choice_document(tuned.affordable),
-        "check": check
-        and {"sample": asdict(check.sample)}
-        | {name: plain(getattr(check, name)) for name in ("reference", "full", "chosen")},
+        "checks": [
+            {"sample": asdict(check.sample)}
+            | {name: plain(getattr(check, name)) for name in ("reference", "full", "chosen")}
+            for check in tuned.checks
+        ],
         "fragment": fragment,
     }
 

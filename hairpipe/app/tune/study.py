@@ -225,6 +225,7 @@ class Study:
 
     scale   strands of the scene over those of the sample
     tip     initial difference of members of an ensemble [m]; None where hair is not chaotic
+    steps   those of the reference, in words
     chaos   chaos of the reference, once it was measured
     limit   processor time after which no other model is to be measured [s]
     stopped whether it was reached
@@ -237,14 +238,11 @@ class Study:
         self.chaos: Chaos | None = None
         self.limit, self.stopped = math.inf, False
         self._reference = self.refined(FINEST if tip is None else FINE)
+        self.steps = text_of(self._reference)
         self._faults: dict[str, str] = {}
         self._processor: dict[str, float] = {}
         self._measured: dict[Parts, Measured] = {}
         self._confirmed: dict[Parts, Measured] = {}
-
-    @property
-    def steps(self) -> str:
-        return text_of(self._reference)
 
     def has_time(self) -> bool:
         """Whether the results that were compared, also those that were in the store, took less time than the limit."""
@@ -266,7 +264,7 @@ class Study:
         runs = [(self._reference, 0), (fine, 0)] if self.tip is None else [(self._reference, m) for m in REFERENCE]
         self._compute_ahead(text, [run for run in runs if run != (frozenset(), 0)])
         if self.tip is None:
-            return self.measure(fine)
+            return self.measure_all([fine])[0]
         compared = self._comparison(runs)
         results, fault = self._compute(text, compared)
         if fault:
@@ -275,12 +273,11 @@ class Study:
         self.chaos = chaos_of(pairs, self.request.tolerance, self.tip, self._frames, self.shot.fps)
         return self.chaos
 
-    def measure(self, parts: Iterable[Simplification]) -> Measured:
-        """Measure the scene's model with these simplifications, once; of chaotic hair in predictable frames only."""
-        return self.measure_all([parts])[0]
-
     def measure_all(self, models: Iterable[Iterable[Simplification]]) -> list[Measured]:
-        """Measure several models, which are simulated side by side before the measured frames."""
+        """Measure models, each once, side by side before the measured frames; chaotic hair in predictable frames only.
+
+        A model is the scene's own with some simplifications.
+        """
         wanted = [*map(frozenset, models)]
         compared: dict[Parts, Comparison] = {}
         for parts in dict.fromkeys(wanted):

@@ -24,6 +24,7 @@ from hairpipe.values.simplification import Simplification
 WORTH = 0.97
 """Largest ratio of times at which a simplification counts as a saving: times are measured no more accurately."""
 MOST_TRIES = 12  # maximum number of measured combinations; then the best of them is chosen
+CHECKS = 2  # number of further samples on which a choice is checked: errors of few strands and frames vary
 
 Combination = frozenset[Simplification]
 Measure = Callable[[Combination], Measured]
@@ -192,7 +193,7 @@ class Untunable(BadInput):
 
 @dataclass(frozen=True)
 class Check:
-    """The choice, measured on strands and frames outside the sample, if the scene has any."""
+    """The choice, measured on strands and frames outside the other samples, if the scene has any."""
 
     sample: Sample
     reference: Measured | Chaos  # as in `Tuned`
@@ -214,16 +215,14 @@ class Tuned:
     choice: Choice
     budget: float | None = None  # requested processor time of a frame [s]
     affordable: Choice | None = None  # choice within the budget, where the choice for the tolerance costs more
-    check: Check | None = None
+    checks: tuple[Check, ...] = ()  # none where none was requested, or nothing was chosen
     stopped: float | None = None  # processor time after which nothing else was measured [s]; None: it was enough
     motion: RootMotion = STILL  # hardest motion of the shot: the promise holds for motions that are no harder
 
     @property
     def kept(self) -> bool:
-        """Whether the error is within the tolerance, on the second sample too, if there was one."""
-        if self.choice.parts is None or self.check is None:
-            return self.choice.parts is not None
-        return self.check.chosen.kept(self.tolerance.value)
+        """Whether the error is within the tolerance, also in the checks."""
+        return self.choice.parts is not None and all(check.chosen.kept(self.tolerance.value) for check in self.checks)
 
 
 class Scene(NamedTuple):
@@ -258,7 +257,7 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
     study = Study(request, sample, scene.strands, scene.tip)
     echo(described(sample, scene.strands))
     reference = study.converged()
-    full = study.measure([])
+    full = study.measure_all([[]])[0]
     fault = full.fault or (reference.fault if isinstance(reference, Measured) else "")
     if fault:
         raise Untunable(f"the unchanged graph fails on the sample: {fault}", where=shot.path)
@@ -274,9 +273,13 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
             for some in (worthy[at : at + AT_ONCE] for at in range(0, len(worthy), AT_ONCE)):
                 if study.has_time():
                     singles |= zip(some, study.confirm_all([part] for part in some), strict=True)
-    second = Checking(request, other_sample([sample], shot.frames, shot.fps, scene.motion, scene.strands), scene, echo)
-    passes = second.passes if request.check else lambda parts: True
-    choice = choose(full, singles, tolerance, study.confirm, study.has_time, passes)
+    samples = [sample]
+    for _ in range(CHECKS if request.check else 0):
+        samples.append(other_sample(samples, shot.frames, shot.fps, scene.motion, scene.strands))
+    others = [Checking(request, other, scene, echo) for other in samples[1:]]
+    choice = choose(
+        full, singles, tolerance, study.confirm, study.has_time, lambda parts: all(one.passes(parts) for one in others)
+    )
     stopped = study.limit if study.stopped else None
     affordable = None
     if request.budget is not None and (choice.parts is None or choice.measured.seconds > request.budget):
@@ -292,7 +295,7 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
         choice,
         request.budget,
         affordable,
-        second.check(choice.parts) if request.check and choice.parts is not None else None,
+        tuple(other.check(choice.parts) for other in others) if choice.parts is not None else (),
         stopped,
         scene.hardest,
     )

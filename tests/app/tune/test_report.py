@@ -89,10 +89,13 @@ def test_a_time_that_was_not_enough_is_reported():
     assert "stopped" not in said(TUNED) and report.document(TUNED, None)["stopped"] is None
 
 
+GOOD_CHECK = Check(Sample(96, 4, 1, 1040, 1052, 1063), found(0.02, 30.0), FULL, found(1.0, 2.4))
+
+
 @pytest.mark.parametrize(("error", "kept"), [(1.9, True), (2.1, False)])
 def test_a_check_can_break_the_promise(error, kept):
-    check = Check(Sample(96, 4, 1, 1040, 1052, 1063), found(0.02, 30.0), FULL, found(error, 2.4))
-    checked = replace(TUNED, check=check)
+    check = Check(Sample(96, 4, 2, 1064, 1076, 1087), found(0.02, 30.0), FULL, found(error, 2.4))
+    checked = replace(TUNED, checks=(GOOD_CHECK, check))
     assert checked.kept is kept
     assert report.conclusion(checked)[-1].endswith("the tolerance holds" if kept else "beyond 2 mm")
 
@@ -100,10 +103,9 @@ def test_a_check_can_break_the_promise(error, kept):
 def test_check_reports_what_it_shares_with_the_sample():
     """Of few strands and frames there are no others; and a reference that fails takes nothing of the rest away."""
     check = Check(Sample(96, 4, 0, 1001, 1020, 1031), failed("it blew up"), FULL, found(1.0, 2.4))
-    text = said(replace(TUNED, check=check))
+    text = said(replace(TUNED, checks=(check,)))
     assert "as in the sample: all strands and 5 of the frames" in text and "twice as long ones: it blew up" in text
-    other = replace(check, sample=Sample(96, 4, 1, 1040, 1052, 1063))
-    assert "as in the sample" not in said(replace(TUNED, check=other))
+    assert "as in the sample" not in said(replace(TUNED, checks=(GOOD_CHECK,)))
 
 
 def test_a_combination_that_fails_the_check_is_named():

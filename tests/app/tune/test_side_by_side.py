@@ -204,7 +204,7 @@ def test_levels_are_measured_until_the_time_is_spent(scene):
     ]
     with load(scene.path, cache=scene.path.parent / "cache").keeping_workers() as shot:
         study = Study(Request(shot, "hair", TOLERANCE, scene.run({"jobs": 1})), SAMPLE, 4)
-        study.measure([])
+        study.measure_all([[]])[0]
         study.limit = 1e-6
         assert study.has_time() is False and measured_singles(study, coarse) == {}
         again = Study(study.request, SAMPLE, 4)

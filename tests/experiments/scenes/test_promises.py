@@ -46,10 +46,10 @@ TUNED = Tuned(
     full=found(0.2, 8.0),
     singles={DRY: found(1.0)},
     choice=Choice(frozenset([DRY]), found(1.5), ()),
-    check=GOOD,
+    checks=(GOOD, GOOD),
     motion=MOTION,
 )
-NOTHING = replace(TUNED, choice=Choice(None, found(3.0), ()), check=None)
+NOTHING = replace(TUNED, choice=Choice(None, found(3.0), ()), checks=())
 TEXT = 'schema = 1\nframes = [1, 30]\nfps = 24\n[head]\ntype = "make_bust"\n'
 TABLES = {"schema": 1, "frames": [1, 30], "fps": 24, "head": {"type": "make_bust"}}
 SCENE = DrawnScene("300 hairs of 20 cm", PERCENT, TABLES, ("nods", TABLES | {"frames": [1, 40]}))
@@ -91,12 +91,12 @@ def test_nothing_is_promised_of_a_harder_motion():
 
 
 def test_a_failed_check_promises_nothing():
-    fails = replace(TUNED, check=check(found(3.1, refused="the floor of chaos is above the tolerance"), found(3.0)))
+    fails = replace(
+        TUNED, checks=(GOOD, check(found(3.1, refused="the floor of chaos is above the tolerance"), found(3.0)))
+    )
     refused = promise(1, fails, None, None)
     assert promises.worst(refused) == "refused"
-    assert (
-        promises.rows([refused])[1][3] == "nothing is promised: in the check the floor of chaos is above the tolerance"
-    )
+    assert promises.rows([refused])[1][3] == "nothing is promised: in a check the floor of chaos is above the tolerance"
 
 
 def test_promises_are_counted_and_scenes_of_which_nothing_is_promised_apart():

@@ -87,7 +87,7 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     "reference; if absent, differences are reported, and no model is refused for them.",
 )
 @click.option(
-    "--check", is_flag=True, help="Measure choices on other strands and frames, too, and take none that fails there."
+    "--check", is_flag=True, help="Measure choices on two other samples, too, and take none that fails there."
 )
 @click.option(
     "--also",
