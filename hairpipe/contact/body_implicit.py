@@ -94,22 +94,10 @@ class ContactState(NamedTuple):
     @classmethod
     def none(cls, count: int, scale: Scale = USUAL) -> "ContactState":
         """Make points that touch nothing."""
-        vectors = [np.zeros((count, 3)) for _ in range(3)]
-        numbers = [np.zeros(count) for _ in range(3)]
-        factors = scale.length, scale.speed
+        slid, normal, target = (np.zeros((count, 3)) for _ in range(3))
+        c_t, c_n, body = (np.zeros(count) for _ in range(3))
         state, freed, discontinuous = np.zeros(count, np.int8), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-        return cls(
-            state,
-            numbers[0],
-            vectors[0],
-            freed,
-            discontinuous,
-            vectors[1],
-            numbers[1],
-            vectors[2],
-            numbers[2],
-            *factors,
-        )
+        return cls(state, c_t, slid, freed, discontinuous, normal, c_n, target, body, scale.length, scale.speed)
 
     def recall(self, known: Touching) -> None:
         """Take over what points touched at the end of the previous frame, in place."""

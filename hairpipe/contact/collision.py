@@ -6,13 +6,13 @@ g0 + dt n.u after it, u = J (x1 - x0) / dt. An impulse at these points changes n
     g = g0, but at most the thickness that is kept, and at least a hundredth of it;   dv = (g - g0) / dt - n.u > 0
 
 with restitution 0 and Coulomb friction. Impulses change x1 and v alike, by dt and by 1 times their effect on u. New
-crossings are searched among the pairs that they moved and added to the solve, up to a number of attempts; the
-remaining crossings are accepted: no rigid zones, as published, since no state of hair is invalid.
+crossings are searched among the pairs that they moved and added to the solve, up to a number of attempts. What still
+crosses then moves as one in this step, see `_move_as_one`.
 
 We differ from the paper, where an impulse stops the approach of the whole step, as if hair touched at its start: here
 hair approaches up to the thickness. And every attempt iterates over the crossings of all previous attempts, longer
-than the one before, so that one solution does not undo another. The authors' code makes up to four attempts; a crossing
-that joints hand on from segment to segment takes more.
+than the one before, so that one solution does not undo another. The authors' code makes up to four attempts, and then
+lets hair pass, which is tangled for good. Zones of Bridson et al. also turn.
 
 Broad phase: all pairs that may come within reach in the step are listed once. The list is complete as long as no end of
 a point moves by more than half the reach. The pairs of points that move farther are listed again, or those of all hair
@@ -165,27 +165,20 @@ def coplanar_time(pair: Encounter) -> float:
     area = max(length(A0), length(A1)) * max(length(C0), length(C1))
     noise = _ROUNDING * area * max(length(P0), length(P1))
     # All Bernstein coefficients of one sign, beyond rounding: no root, as f is within their hull.
-    if min(min(b[0], b[1]), min(b[2], b[3])) > noise or max(max(b[0], b[1]), max(b[2], b[3])) < -noise:
+    low, high = min(min(b[0], b[1]), min(b[2], b[3])), max(max(b[0], b[1]), max(b[2], b[3]))
+    if low > noise or high < -noise:
         return np.inf
     time = _first_root(pair, b, noise)
-    if max(length(N0), max(length(N1), 0.5 * length(N01))) <= NEARLY_PARALLEL * area or _is_flat(b, noise):
+    is_flat = low >= -noise and high <= noise
+    if is_flat or max(length(N0), max(length(N1), 0.5 * length(N01))) <= NEARLY_PARALLEL * area:
         time = min(time, first_graze(pair))  # The cubic is noise here: an end has to come to the other line.
     return time
 
 
 @inlined
 def _sides(pair: Encounter) -> tuple[Vector, Vector, Vector, Vector]:
-    return (
-        minus(pair.b[0], pair.a[0]),
-        minus(pair.b[1], pair.a[1]),
-        minus(pair.d[0], pair.c[0]),
-        minus(pair.d[1], pair.c[1]),
-    )
-
-
-@inlined
-def _is_flat(b: Cubic, noise: float) -> bool:
-    return max(max(abs(b[0]), abs(b[1])), max(abs(b[2]), abs(b[3]))) <= noise
+    a, b, c, d = pair
+    return minus(b[0], a[0]), minus(b[1], a[1]), minus(d[0], c[0]), minus(d[1], c[1])
 
 
 @njit(cache=True)
@@ -316,14 +309,8 @@ def may_cross(before, after, pairs, start, room):
             room[9 + x, lane] = after[j + 1, x] - after[j, x]
             room[12 + x, lane] = before[j, x] - before[i, x]
             room[15 + x, lane] = after[j, x] - after[i, x]
-    A0, A1, C0, C1, P0, P1 = (
-        _row(room, 0),
-        _row(room, 3),
-        _row(room, 6),
-        _row(room, 9),
-        _row(room, 12),
-        _row(room, 15),
-    )
+    A0, A1, C0, C1 = _row(room, 0), _row(room, 3), _row(room, 6), _row(room, 9)
+    P0, P1 = _row(room, 12), _row(room, 15)
     N0, N1, X, Y = cross(A0, C0), cross(A1, C1), cross(A0, C1), cross(A1, C0)
     N01 = (X[0] + Y[0], X[1] + Y[1], X[2] + Y[2])
     b0, b3 = dot(N0, P0), dot(N1, P1)
@@ -559,8 +546,8 @@ def _among(pairs, marked, excluded):
     return among
 
 
-_SWEEPS = 8
-"""Iterations of the first attempt."""
+_SWEEPS, _ZONES = 8, 100
+"""Iterations of the first attempt, and searches for what crosses zones that move as one."""
 _LEAST = 0.01
 _LOOK = 0.5
 """Search distance of candidates, in thicknesses: to search again for the few that impulses move by more than half of
@@ -607,16 +594,39 @@ def collide(
     change, previous = np.zeros(after.shape), np.zeros(after.shape)
     ends = np.empty_like(after)
     struck = np.empty(len(after), np.bool_)
-    for attempt in range(collisions.attempts):
+    stuck = met.segments[:0]
+    for attempt in range(collisions.attempts + _ZONES):
         if not len(met.times):
             break
-        together = _in_time(met) if attempt == 0 else _in_time(together, met)
-        passages = _passages(before, after, masses, together, thickness, widths, dt)
-        _solve(change, passages, masses, together, collisions.friction, _SWEEPS * (attempt + 1))
+        if attempt < collisions.attempts:
+            together = _in_time(met) if attempt == 0 else _in_time(together, met)
+            passages = _passages(before, after, masses, together, thickness, widths, dt)
+            _solve(change, passages, masses, together, collisions.friction, _SWEEPS * (attempt + 1))
+        else:
+            stuck = np.concatenate([stuck, met.segments])
+            _move_as_one(change, before, after, masses, stuck, dt)
         _end(after, previous, change, dt, ends, struck)
         candidates.renew(ends)
         met = crossings(before, ends, candidates.of(struck))
     return Outcome(found, len(met.times), change)
+
+
+def _move_as_one(
+    change: np.ndarray, before: np.ndarray, after: np.ndarray, masses: np.ndarray, pairs: np.ndarray, dt: float
+) -> None:
+    """Let pairs of segments, (n, 2), that share points move as one, by their momentum or as held points; in place."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    points = pairs[:, [0, 0, 1, 1]] + [0, 1, 0, 1]
+    ways = points[:, :3].ravel(), points[:, 1:].ravel()
+    _, zones = connected_components(coo_array((np.ones(len(ways[0])), ways), shape=2 * (len(before),)), directed=False)
+    for zone in np.unique(zones[points]):
+        inside = np.flatnonzero(zones == zone)
+        held = np.isinf(masses[inside])
+        free = after[inside] - before[inside]
+        motion = np.average(free + dt * change[inside], axis=0, weights=held if held.any() else masses[inside])
+        change[inside] = np.where(held[:, None], 0.0, (motion - free) / dt)
 
 
 def _in_time(*known: Crossings) -> Crossings:
