@@ -7,7 +7,7 @@ g0 + dt n.u after it, u = J (x1 - x0) / dt. An impulse at these points changes n
 
 with restitution 0 and Coulomb friction. Impulses change x1 and v alike, by dt and by 1 times their effect on u. New
 crossings are searched among the pairs that they moved and added to the solve, up to a number of attempts. What still
-crosses then moves as one in this step, see `_move_as_one`.
+crosses then moves as one in this step, see `move_as_one`.
 
 We differ from the paper, where an impulse stops the approach of the whole step, as if hair touched at its start: here
 hair approaches up to the thickness. And every attempt iterates over the crossings of all previous attempts, longer
@@ -604,14 +604,14 @@ def collide(
             _solve(change, passages, masses, together, collisions.friction, _SWEEPS * (attempt + 1))
         else:
             stuck = np.concatenate([stuck, met.segments])
-            _move_as_one(change, before, after, masses, stuck, dt)
+            move_as_one(change, before, after, masses, stuck, dt)
         _end(after, previous, change, dt, ends, struck)
         candidates.renew(ends)
         met = crossings(before, ends, candidates.of(struck))
     return Outcome(found, len(met.times), change)
 
 
-def _move_as_one(
+def move_as_one(
     change: np.ndarray, before: np.ndarray, after: np.ndarray, masses: np.ndarray, pairs: np.ndarray, dt: float
 ) -> None:
     """Let pairs of segments, (n, 2), that share points move as one, by their momentum or as held points; in place."""

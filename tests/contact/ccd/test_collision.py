@@ -9,6 +9,7 @@ from hairpipe.contact.collision import (
     Candidates,
     collide,
     crossings,
+    move_as_one,
     neighbourhood,
     swept_pairs,
     swept_pairs_of,
@@ -527,6 +528,21 @@ def test_bent_strands_do_not_pass_through_each_other(thickness, speed):
         assert not crossed(before, after + dt * outcome.change, i, j).any() and outcome.left == 0
         momenta = masses[:, None] * outcome.change
         assert np.linalg.norm(momenta.sum(0)) < 1e-9 * np.abs(momenta).sum()
+
+
+def test_what_moves_as_one_keeps_its_momentum_or_follows_held_points():
+    """Two zones of three segments, of which each shares a point with the next, and a point that belongs to none."""
+    rng = np.random.default_rng(2)
+    before, motion = rng.normal(size=(2, 9, 3))
+    masses = rng.uniform(1.0, 2.0, 9)
+    masses[5] = np.inf
+    change = np.where(np.arange(9)[:, None] == 5, 0.0, rng.normal(size=(9, 3)))
+    free = motion + 0.1 * change
+    move_as_one(change, before, before + motion, masses, np.array([[0, 1], [1, 2], [4, 5], [5, 6]]), 0.1)
+    ended = motion + 0.1 * change
+    assert np.allclose(ended[:4], np.average(free[:4], axis=0, weights=masses[:4]))
+    assert np.allclose(ended[4:8], motion[5]) and np.array_equal(change[5], np.zeros(3))
+    assert np.array_equal(ended[8], free[8])
 
 
 def test_a_cloud_ends_without_crossings_and_no_speed_is_added():
