@@ -530,7 +530,7 @@ def test_bent_strands_do_not_pass_through_each_other(thickness, speed):
         assert np.linalg.norm(momenta.sum(0)) < 1e-9 * np.abs(momenta).sum()
 
 
-def test_what_moves_as_one_keeps_its_momentum_or_follows_held_points():
+def test_zones_keep_their_momentum_or_follow_held_points():
     """Two zones of three segments, of which each shares a point with the next, and a point that belongs to none."""
     rng = np.random.default_rng(2)
     before, motion = rng.normal(size=(2, 9, 3))
