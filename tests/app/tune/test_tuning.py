@@ -15,7 +15,7 @@ from hairpipe.app.tune.measured import Results, Tolerance
 from hairpipe.app.tune.sampling import choose_sample
 from hairpipe.app.tune.simplifications import simplifications
 from hairpipe.app.tune.study import Request, Study
-from hairpipe.app.tune.tuning import Scene, look_at, sample_of
+from hairpipe.app.tune.tuning import CHECKS, Scene, look_at, sample_of
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.run.events import Failure, Outcome
 from hairpipe.errors import BadInput
@@ -107,7 +107,8 @@ def test_a_promise_holds_for_easier_motions(scene):
     assert found["holds_for"] == {"speed": 0.0, "acceleration": 0.0}
     assert {name: also["within"] for name, also in found["also"].items()} == {str(moved): False, str(scene): True}
     assert found["also"][str(moved)]["speed"] == pytest.approx(0.4, rel=0.7)
-    assert all(check["chosen"]["error"] <= 0.02 for check in found["checks"]) and found["kept"]
+    assert len(found["checks"]) == CHECKS and found["kept"]
+    assert all(check["chosen"]["error"] <= 0.02 for check in found["checks"])
 
 
 def test_bad_input_is_reported_before_the_measurements(scene):
