@@ -165,7 +165,8 @@ def coplanar_time(pair: Encounter) -> float:
     area = max(length(A0), length(A1)) * max(length(C0), length(C1))
     noise = _ROUNDING * area * max(length(P0), length(P1))
     # All Bernstein coefficients of one sign, beyond rounding: no root, as f is within their hull.
-    low, high = min(min(b[0], b[1]), min(b[2], b[3])), max(max(b[0], b[1]), max(b[2], b[3]))
+    low = min(min(b[0], b[1]), min(b[2], b[3]))
+    high = max(max(b[0], b[1]), max(b[2], b[3]))
     if low > noise or high < -noise:
         return np.inf
     time = _first_root(pair, b, noise)

@@ -110,12 +110,14 @@ def find_closest(tree, p, reach, guess):
     # The guess bounds the search from the start: boxes that are farther are never opened.
     best = minimum(squares_to_triangle(tree.corners, guess, p), reach)
     places = 0.0 * p[0] + float(guess)
-    box, waiting, gap = 1, 0, squares_to_box(boxes, 1, p)
+    box, waiting = 1, 0
+    gap = squares_to_box(boxes, 1, p)
     while True:
         if any_lane(gap < best):
             if box < leaves:
                 box, waiting = 2 * box, 2 * waiting
-                gap, other = squares_to_box(boxes, box, p), squares_to_box(boxes, box + 1, p)
+                gap = squares_to_box(boxes, box, p)
+                other = squares_to_box(boxes, box + 1, p)
                 if bits(other < gap) & 1:  # The child nearer to the first point first: it often excludes the other.
                     box, gap, other = box + 1, other, gap
                 if any_lane(other < best):

@@ -19,8 +19,9 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.rotations import root_frames
+from hairpipe.geometry.simd import lane, number
 from hairpipe.geometry.solid import solid_of
-from hairpipe.geometry.triangle_tree import Tree, closest_on_triangle, nearest_sites, to_box, tree_over
+from hairpipe.geometry.triangle_tree import Tree, closest_on_triangle, nearest_sites, squares_to_box, tree_over
 from hairpipe.geometry.vec3 import row
 from hairpipe.groom.binding import bind_tips
 from hairpipe.groom.growing import GAP, closed, depths, keep_strands_out
@@ -182,8 +183,7 @@ def find_containing(
     leaves = len(tree.starts) - 1
     for i in prange(len(places)):
         p = row(places, i)
-        waiting = np.empty(128, np.int64)
-        waiting[0] = 1
+        waiting = np.ones(128, np.int64)
         count = 1
         least = UV_ERROR * UV_ERROR
         way = np.inf
@@ -192,7 +192,7 @@ def find_containing(
         while count > 0:
             count -= 1
             box = waiting[count]
-            if to_box(tree.boxes, box, p) > least:
+            if number(squares_to_box(tree.boxes, box, (lane(p[0]), lane(p[1]), lane(p[2])))) > least:
                 continue
             if box < leaves:
                 waiting[count], waiting[count + 1] = 2 * box, 2 * box + 1

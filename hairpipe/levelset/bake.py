@@ -106,20 +106,20 @@ def fill_bricks(
     first, voxel, width = band.first, band.voxel, band.width
     for n in prange(len(places)):
         a, b, c = BRICK * places[n, 0], BRICK * places[n, 1], BRICK * places[n, 2]
-        points, found = np.empty((3, WIDTH)), np.zeros((1, WIDTH))
+        at = np.empty((3, WIDTH))
+        found = np.zeros((1, WIDTH))
         for i, j, k in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):  # cubes of samples
             for lane in range(WIDTH):
-                points[0, lane] = (first[0] + a + 2 * i + (lane >> 2)) * voxel
-                points[1, lane] = (first[1] + b + 2 * j + (lane >> 1 & 1)) * voxel
-                points[2, lane] = (first[2] + c + 2 * k + (lane & 1)) * voxel
+                at[0, lane] = (first[0] + a + 2 * i + (lane >> 2 & 1)) * voxel
+                at[1, lane] = (first[1] + b + 2 * j + (lane >> 1 & 1)) * voxel
+                at[2, lane] = (first[2] + c + 2 * k + (lane >> 0 & 1)) * voxel
             # Of equally near triangles the guess may decide: it must not depend on what a thread did before.
-            p = load(points, (0,)), load(points, (1,)), load(points, (2,))
+            p = load(at, (0,)), load(at, (1,)), load(at, (2,))
             store(found, (0,), find_closest(tree, p, np.inf, int(found[0, 0])))
             for lane in range(WIDTH):
-                u, v, w = 2 * i + (lane >> 2), 2 * j + (lane >> 1 & 1), 2 * k + (lane & 1)
+                u, v, w = 2 * i + (lane >> 2 & 1), 2 * j + (lane >> 1 & 1), 2 * k + (lane >> 0 & 1)
                 near = int(found[0, lane])
-                x = points[0, lane], points[1, lane], points[2, lane]
-                squared, weights = closest_on_triangle(tree.corners, near, x)
+                squared, weights = closest_on_triangle(tree.corners, near, (at[0, lane], at[1, lane], at[2, lane]))
                 far = np.sqrt(squared)
                 # Outside the band's border is the largest distance; inside it goes on, as hair may be deep.
                 distance[n, u, v, w] = min(far, width) if marks[a + u, b + v, c + w] & OUTSIDE else -far
