@@ -184,7 +184,8 @@ def lane(typingctx, number):
 @intrinsic
 def number(typingctx, lane):
     """The only lane of a value as a number."""
-    return signature(types.float64, lane), lambda c, builder, s, args: builder.bitcast(args[0], ir.DoubleType())
+    kind = signature(types.float64, _expect_common(lane))
+    return kind, lambda c, builder, s, args: builder.bitcast(args[0], ir.DoubleType())
 
 
 def _extreme(comparison: str) -> Callable:

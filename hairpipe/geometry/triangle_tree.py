@@ -109,7 +109,7 @@ def find_closest(tree, p, reach, guess):
     leaves = len(tree.starts) - 1
     # The guess bounds the search from the start: boxes that are farther are never opened.
     best = minimum(squares_to_triangle(tree.corners, guess, p), reach)
-    places = 0.0 * p[0] + float(guess)
+    places = select(best < reach, float(guess), float(guess))  # of all points, also of such that are not finite
     box, waiting = 1, 0
     gap = squares_to_box(boxes, 1, p)
     while True:

@@ -191,6 +191,12 @@ def test_beyond_reach_the_guess_answers(sphere):
     assert closest_on_triangle(tree.corners, 7, point) == (squared, weights)
 
 
+@pytest.mark.parametrize("lost", [np.nan, np.inf, -np.inf])
+def test_of_a_lost_point_the_guess_answers(sphere, lost):
+    mesh = sphere(level=2)
+    assert closest(tree_over(mesh.points[mesh.triangles]), (0.0, lost, 0.0), np.inf, 7)[1] == 7
+
+
 def test_projections_lie_on_the_mesh_at_their_distance(sphere):
     mesh = sphere(level=4)
     points = np.random.default_rng(1).normal(size=(2000, 3))
