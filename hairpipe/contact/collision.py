@@ -619,11 +619,12 @@ def move_as_one(
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    points = pairs[:, [0, 0, 1, 1]] + [0, 1, 0, 1]
-    ways = points[:, :3].ravel(), points[:, 1:].ravel()
-    _, zones = connected_components(coo_array((np.ones(len(ways[0])), ways), shape=2 * (len(before),)), directed=False)
-    for zone in np.unique(zones[points]):
-        inside = np.flatnonzero(zones == zone)
+    points, places = np.unique(pairs[:, [0, 0, 1, 1]] + [0, 1, 0, 1], return_inverse=True)
+    ends = places.reshape(-1, 4)[:, :3].ravel(), places.reshape(-1, 4)[:, 1:].ravel()
+    graph = coo_array((np.ones(len(ends[0])), ends), shape=(len(points), len(points)))
+    count, zones = connected_components(graph, directed=False)
+    for zone in range(count):
+        inside = points[zones == zone]
         held = np.isinf(masses[inside])
         free = after[inside] - before[inside]
         motion = np.average(free + dt * change[inside], axis=0, weights=held if held.any() else masses[inside])
