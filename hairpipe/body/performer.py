@@ -56,12 +56,13 @@ def local_turns(clip: Clip, frames: np.ndarray) -> Rotation:
 
     The first rotation channel of a joint is the outermost: R = R_first R_second R_third.
     """
-    turns = np.zeros((max(map(len, clip.channels)), len(frames), len(clip.names), 3))  # as rotation vectors
-    channels = iter(np.radians(clip.values[frames]).T)
+    most = max(sum(name.endswith("rotation") for name in names) for names in clip.channels)
+    turns = np.zeros((most, len(frames), len(clip.names), 3))  # as rotation vectors
+    values = iter(clip.values[frames].T)
     for joint, names in enumerate(clip.channels):
-        for order, (name, angles) in enumerate(zip(names, channels, strict=False)):
-            if name.endswith("rotation"):
-                turns[order, :, joint, AXES[name[0]]] = angles
+        rotations = [pair for pair in zip(names, values, strict=False) if pair[0].endswith("rotation")]
+        for turn, (name, degrees) in zip(turns, rotations, strict=False):
+            turn[:, joint, AXES[name[0]]] = np.radians(degrees)
     product = Rotation.identity(len(frames) * len(clip.names))
     for turn in turns:
         product = product * Rotation.from_rotvec(turn.reshape(-1, 3))
