@@ -20,7 +20,7 @@ VERDICTS: dict[Verdict, str] = {
     "outside": "the motion is harder than those that the promise holds for",
     "inconclusive": "beyond it by what may be chance, or where the graph as it is does not keep it either",
     "broken": "beyond it, where the graph as it is keeps it",
-    "refused": "nothing keeps the tolerance, on the sample or in the check, and nothing was promised",
+    "refused": "nothing keeps the tolerance, on the sample or in a check, and nothing was promised",
     "fails": "the graph as it is does not get through",
 }
 """What can become of a promise, the best first."""

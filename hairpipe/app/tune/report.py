@@ -94,7 +94,7 @@ def trial_lines(tuned: Tuned) -> list[str]:
         elif found.bound > tuned.tolerance.value:
             verdict = "not taken, may be beyond"
         elif guess.parts in tuned.choice.failed:
-            verdict = "not taken, beyond it in the check"
+            verdict = "not taken, beyond it in a check"
         else:
             verdict = f"not taken, {found.refused or 'costs more'}"
         cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
@@ -115,7 +115,7 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
     if found.refused:
         return f"kept: {found.refused}"
     if parts in tuned.choice.failed:
-        return f"kept: beyond {tuned.tolerance} in the check"
+        return f"kept: beyond {tuned.tolerance} in a check"
     if chosen is None:
         return (
             "kept: keeps it only as far as hair can be predicted" if found.screened else "kept: smaller error by chance"

@@ -56,7 +56,7 @@ class Choice:
     parts: Combination | None  # simplifications of the choice; None if nothing satisfies the request
     measured: Measured
     trials: tuple[Trial, ...]  # measurements before the choice
-    failed: tuple[Combination, ...] = ()  # combinations that are within the tolerance, but not in the check
+    failed: tuple[Combination, ...] = ()  # combinations that are within the tolerance, but not in a check
 
 
 def choose(

@@ -111,9 +111,9 @@ def test_check_reports_what_it_shares_with_the_sample():
 def test_a_combination_that_fails_the_check_is_named():
     failed_check = replace(TUNED, choice=Choice(frozenset(), FULL, (BOTH,), (BOTH.guess.parts, frozenset([DRY]))))
     (line,) = report.trial_lines(failed_check)
-    assert line.endswith("not taken, beyond it in the check")
+    assert line.endswith("not taken, beyond it in a check")
     verdicts = {row[0]: row[-1] for row in report.rows(failed_check)}
-    assert verdicts["no stiction"] == "kept: beyond 2 mm in the check"
+    assert verdicts["no stiction"] == "kept: beyond 2 mm in a check"
 
 
 def test_motions_of_other_graphs_are_within_the_promise_or_not():

@@ -135,7 +135,7 @@ def tune(
     so that their seconds are those of an idle machine.
 
     The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
-    tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
+    tolerance, or a check is beyond it, 2 bad input, 130 interrupted.
     """
     from hairpipe.app.tune.report import changed_tables, comment, document, text_of, write_toml
     from hairpipe.app.tune.study import Interrupted, Request, simplified
