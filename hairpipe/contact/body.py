@@ -396,9 +396,7 @@ class BodyContacts(Interaction):
 
     def linearise(self, at: Prediction, push: np.ndarray, damping: np.ndarray) -> None:
         """Add the forces that hold points, push - damping v, in place; see `hold`."""
-        if self._is_left_to_corrections:
-            at = at._replace(active=np.zeros_like(at.active))
-        hold(self._state, self._cache.probe, at, self._kept, push, damping)
+        hold(self._state, self._cache.probe, at, self._kept, push, damping, not self._is_left_to_corrections)
 
     def judge(self, at: Prediction, again: np.ndarray) -> None:
         """Probe the result of a solve; mark points whose contact changed, (P,) bool, in place."""

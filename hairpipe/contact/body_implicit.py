@@ -145,19 +145,22 @@ def hold(
     thickness: np.ndarray,
     push: np.ndarray,
     damping: np.ndarray,
+    aims: bool,
 ) -> None:
-    """Hold the touching points: add their forces, push - damping v, in place.
+    """Hold the active points that touch: add their forces, push - damping v, in place.
 
-    probe      probe of the body at the prediction; inactive points are held as before
+    probe      probe of the body at the prediction
+    aims       decide first which of them touch, and where these are to go; False: all is known
     thickness  contact distance of points [m], (P,)
     push       [N], (P, 3); damping [kg/s], (P, 6)
     """
     for chunk in prange((len(thickness) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(thickness))):
-            if at.active[i] and contact.state[i] != INSIDE:  # What rises has its target already (`rise`).
-                _aim(contact, probe, i, at.velocities, thickness[i], at.masses[i], at.weights[i])
-            if contact.state[i] != FREE:
-                _add_hold(contact, i, push, damping)
+            if at.active[i]:
+                if aims and contact.state[i] != INSIDE:  # What rises has its target already (`rise`).
+                    _aim(contact, probe, i, at.velocities, thickness[i], at.masses[i], at.weights[i])
+                if contact.state[i] != FREE:
+                    _add_hold(contact, i, push, damping)
 
 
 @inlined
