@@ -445,16 +445,7 @@ def swept_pairs_of(
     is_mine = np.zeros(around.points, np.bool_)
     is_mine[segments] = True
     others = search(mine, around.tree, known)
-    return np.concatenate([search(mine, mine, known), rows_at(others, places_of(_lack(others, is_mine)))])
-
-
-@njit(cache=True, parallel=True)
-def _lack(pairs, marked):
-    """Mark the pairs, (n, 2), of which one is not marked, (n,) bool."""
-    lack = np.empty(len(pairs), np.bool_)
-    for k in prange(len(pairs)):
-        lack[k] = not (marked[pairs[k, 0]] and marked[pairs[k, 1]])
-    return lack
+    return np.concatenate([search(mine, mine, known), others[~is_mine[others].all(axis=1)]])
 
 
 @dataclass(eq=False)
@@ -513,18 +504,14 @@ class Candidates:
         self._again, self._fresh = np.zeros(len(ends), np.bool_), self.pairs[:0]
 
 
+@njit(cache=True, parallel=True)
 def touched_by(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     """Mark the segments, by where they begin, of which an end is marked, (P,) bool; pure."""
     touched = np.zeros_like(points)
-    _touch(points, offsets, touched)
-    return touched
-
-
-@njit(cache=True, parallel=True)
-def _touch(points, offsets, touched):
     for strand in prange(len(offsets) - 1):
         for k in range(offsets[strand], offsets[strand + 1] - 1):
             touched[k] = points[k] or points[k + 1]
+    return touched
 
 
 @njit(cache=True, parallel=True)
@@ -548,7 +535,8 @@ def _among(pairs, marked, excluded):
 
 
 _SWEEPS, _ZONES = 8, 100
-"""Iterations of the first attempt, and searches for what crosses zones that move as one."""
+"""Iterations of the first attempt, and most crossings in zones that move as one, or twice what attempts leave: in
+packed hair each zone runs into more hair, and they would grow until all of it is one."""
 _LEAST = 0.01
 _LOOK = 0.5
 """Search distance of candidates, in thicknesses: to search again for the few that impulses move by more than half of
@@ -595,27 +583,37 @@ def collide(
     change, previous = np.zeros(after.shape), np.zeros(after.shape)
     ends = np.empty_like(after)
     struck = np.empty(len(after), np.bool_)
-    stuck = met.segments[:0]
-    for attempt in range(collisions.attempts + _ZONES):
-        if not len(met.times):
-            break
-        if attempt < collisions.attempts:
-            together = _in_time(met) if attempt == 0 else _in_time(together, met)
-            passages = _passages(before, after, masses, together, thickness, widths, dt)
-            _solve(change, passages, masses, together, collisions.friction, _SWEEPS * (attempt + 1))
-        else:
-            stuck = np.concatenate([stuck, met.segments])
-            move_as_one(change, before, after, masses, stuck, dt)
+
+    def crossings_of(change: np.ndarray) -> Crossings:
         _end(after, previous, change, dt, ends, struck)
         candidates.renew(ends)
-        met = crossings(before, ends, candidates.of(struck))
+        return crossings(before, ends, candidates.of(struck))
+
+    for attempt in range(collisions.attempts):
+        if not len(met.times):
+            break
+        together = _in_time(met) if attempt == 0 else _in_time(together, met)
+        passages = _passages(before, after, masses, together, thickness, widths, dt)
+        _solve(change, passages, masses, together, collisions.friction, _SWEEPS * (attempt + 1))
+        met = crossings_of(change)
+    stuck, moved, left = met.segments[:0], change, met
+    most = max(_ZONES, 2 * len(met.times))
+    while len(left.times) and len(stuck) + len(left.times) <= most:
+        stuck = np.concatenate([stuck, left.segments])
+        moved = change.copy()
+        move_as_one(moved, after - before, masses, stuck, dt)
+        previous[stuck] = np.nan  # What no zone could move is looked at again, too.
+        left = crossings_of(moved)
+    if len(left.times) < len(met.times):
+        change, met = moved, left
     return Outcome(found, len(met.times), change)
 
 
-def move_as_one(
-    change: np.ndarray, before: np.ndarray, after: np.ndarray, masses: np.ndarray, pairs: np.ndarray, dt: float
-) -> None:
-    """Let pairs of segments, (n, 2), that share points move as one, by their momentum or as held points; in place."""
+def move_as_one(change: np.ndarray, free: np.ndarray, masses: np.ndarray, pairs: np.ndarray, dt: float) -> None:
+    """Let pairs of segments, (n, 2), that share points move as one, by their momentum or as held points, in place.
+
+    free  what points move by without the change [m], (points, 3); the others as for `collide`
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -626,9 +624,9 @@ def move_as_one(
     for zone in range(count):
         inside = points[zones == zone]
         held = np.isinf(masses[inside])
-        free = after[inside] - before[inside]
-        motion = np.average(free + dt * change[inside], axis=0, weights=held if held.any() else masses[inside])
-        change[inside] = np.where(held[:, None], 0.0, (motion - free) / dt)
+        weights = held if held.any() else masses[inside]
+        motion = np.average(free[inside] + dt * change[inside], axis=0, weights=weights)
+        change[inside] = np.where(held[:, None], 0.0, (motion - free[inside]) / dt)
 
 
 def _in_time(*known: Crossings) -> Crossings:

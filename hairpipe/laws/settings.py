@@ -195,7 +195,7 @@ class Collisions:
     solver     contact solver: coupled (one system with the strands, needed for stacks), or sweep (published impulses
                pair by pair; with schemes other than nine_steps they act once, on the final velocities, and add energy)
     sweeps     number of sweeps over all pairs, for the solver `sweep`
-    attempts   maximum number of passes per step to resolve crossings; what then still crosses moves as one
+    attempts   maximum number of passes per step to resolve crossings; what few then still cross move as one
     """
 
     thickness: Thickness = Thickness(3e-4)

@@ -533,16 +533,29 @@ def test_bent_strands_do_not_pass_through_each_other(thickness, speed):
 def test_zones_keep_their_momentum_or_follow_held_points():
     """Two zones of three segments, of which each shares a point with the next, and a point that belongs to none."""
     rng = np.random.default_rng(2)
-    before, motion = rng.normal(size=(2, 9, 3))
+    motion = rng.normal(size=(9, 3))
     masses = rng.uniform(1.0, 2.0, 9)
     masses[5] = np.inf
     change = np.where(np.arange(9)[:, None] == 5, 0.0, rng.normal(size=(9, 3)))
     free = motion + 0.1 * change
-    move_as_one(change, before, before + motion, masses, np.array([[0, 1], [1, 2], [4, 5], [5, 6]]), 0.1)
+    move_as_one(change, motion, masses, np.array([[0, 1], [1, 2], [4, 5], [5, 6]]), 0.1)
     ended = motion + 0.1 * change
     assert np.allclose(ended[:4], np.average(free[:4], axis=0, weights=masses[:4]))
     assert np.allclose(ended[4:8], motion[5]) and np.array_equal(change[5], np.zeros(3))
     assert np.array_equal(ended[8], free[8])
+
+
+@pytest.mark.parametrize("attempts", [4, 12])
+def test_zones_do_not_grow_in_packed_hair(attempts, monkeypatch):
+    """Each zone would run into further hair, until all of the cloud moved as one, as on a dancer (`salsa.toml`)."""
+    before, velocities = thrown(300, 0.01, 0.004, 1.0, 9)
+    law = Collisions(Thickness(3e-4), attempts=attempts)
+    after, _, outcome = collided(before, velocities, law=law)
+    monkeypatch.setattr("hairpipe.contact.collision.move_as_one", lambda *_: None)
+    unzoned, _, others = collided(before, velocities, law=law)
+    assert outcome.left <= others.left and others.left > 0
+    moved = (after != unzoned).any(axis=1).mean()
+    assert moved < 0.2 and (moved > 0.0 or outcome.left == others.left)
 
 
 def test_a_cloud_ends_without_crossings_and_no_speed_is_added():
