@@ -442,10 +442,8 @@ def swept_pairs_of(
     """List the pairs of some segments, (m,) int32, whose motion has changed; pure."""
     known = known_pairs(ignored, around.points)
     mine = build_tree(before, after, segments, around.reach, around.frame)
-    is_mine = np.zeros(around.points, np.bool_)
-    is_mine[segments] = True
     others = search(mine, around.tree, known)
-    return np.concatenate([search(mine, mine, known), others[~is_mine[others].all(axis=1)]])
+    return np.concatenate([search(mine, mine, known), others[~np.isin(others, segments).all(axis=1)]])
 
 
 @dataclass(eq=False)
@@ -596,7 +594,9 @@ def collide(
         passages = _passages(before, after, masses, together, thickness, widths, dt)
         _solve(change, passages, masses, together, collisions.friction, _SWEEPS * (attempt + 1))
         met = crossings_of(change)
-    stuck, moved, left = met.segments[:0], change, met
+    stuck = met.segments[:0]
+    moved = change
+    left = met
     most = max(_ZONES, 2 * len(met.times))
     while len(left.times) and len(stuck) + len(left.times) <= most:
         stuck = np.concatenate([stuck, left.segments])
