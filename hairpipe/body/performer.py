@@ -1,5 +1,6 @@
 """The joints of a clip in space: its channels sampled at any time, then chained from parent to child."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -63,10 +64,8 @@ def local_turns(clip: Clip, frames: np.ndarray) -> Rotation:
         rotations = [pair for pair in zip(names, values, strict=False) if pair[0].endswith("rotation")]
         for turn, (name, degrees) in zip(turns, rotations, strict=False):
             turn[:, joint, AXES[name[0]]] = np.radians(degrees)
-    product = Rotation.identity(len(frames) * len(clip.names))
-    for turn in turns:
-        product = product * Rotation.from_rotvec(turn.reshape(-1, 3))
-    return product
+    still = Rotation.identity(len(frames) * len(clip.names))
+    return math.prod((Rotation.from_rotvec(turn.reshape(-1, 3)) for turn in turns), start=still)
 
 
 def local_positions(clip: Clip, frames: np.ndarray) -> np.ndarray:

@@ -184,8 +184,7 @@ def lane(typingctx, number):
 @intrinsic
 def number(typingctx, lane):
     """The only lane of a value as a number."""
-    kind = signature(types.float64, _expect_common(lane))
-    return kind, lambda c, builder, s, args: builder.bitcast(args[0], ir.DoubleType())
+    return signature(types.float64, _expect_common(lane)), lambda c, b, s, args: b.bitcast(args[0], ir.DoubleType())
 
 
 def _extreme(comparison: str) -> Callable:

@@ -105,23 +105,21 @@ def find_closest(tree, p, reach, guess):
     `waiting` states whether the sibling of this box is still to be searched, those before it the same of the boxes
     around this one.
     """
-    boxes = tree.boxes
     leaves = len(tree.starts) - 1
     # The guess bounds the search from the start: boxes that are farther are never opened.
     best = minimum(squares_to_triangle(tree.corners, guess, p), reach)
     places = select(best < reach, float(guess), float(guess))  # of all points, also of such that are not finite
     box, waiting = 1, 0
-    gap = squares_to_box(boxes, 1, p)
+    gap = squares_to_box(tree.boxes, 1, p)
     while True:
         if any_lane(gap < best):
             if box < leaves:
                 box, waiting = 2 * box, 2 * waiting
-                gap = squares_to_box(boxes, box, p)
-                other = squares_to_box(boxes, box + 1, p)
+                gap = squares_to_box(tree.boxes, box, p)
+                other = squares_to_box(tree.boxes, box + 1, p)
                 if bits(other < gap) & 1:  # The child nearer to the first point first: it often excludes the other.
                     box, gap, other = box + 1, other, gap
-                if any_lane(other < best):
-                    waiting |= 1  # One bit a level in place of a stack: numbers of boxes give the path.
+                waiting |= int(any_lane(other < best))  # One bit a level, no stack: numbers of boxes give the path.
                 continue
             for t in range(tree.starts[box - leaves], tree.starts[box - leaves + 1]):
                 here = squares_to_triangle(tree.corners, t, p)
@@ -132,7 +130,7 @@ def find_closest(tree, p, reach, guess):
         while waiting & 1 == 0:  # Up to the last level on which a box next to the path is still to be searched.
             box, waiting = box >> 1, waiting >> 1
         box, waiting = box ^ 1, waiting ^ 1
-        gap = squares_to_box(boxes, box, p)
+        gap = squares_to_box(tree.boxes, box, p)
 
 
 @inlined
